@@ -1,0 +1,28 @@
+// The subcommands of the program, one file each.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace plumbline::app {
+
+/// What the command line asked for; returns the exit code. Set by the callback of the subcommand that was given.
+using Command = std::function<int()>;
+
+/// Exit codes besides 0; a run that a signal ended early returns 128 + the signal's number (130 for Ctrl-C).
+constexpr int kExitError = 1;
+constexpr int kExitUsage = 2;
+
+/// `command_line` is told in the summary of the run.
+void add_run_command(CLI::App& app, Command& chosen, const std::string& command_line);
+void add_info_command(CLI::App& app, Command& chosen);
+void add_eval_command(CLI::App& app, Command& chosen);
+void add_render_command(CLI::App& app, Command& chosen);
+void add_demo_command(CLI::App& app, Command& chosen, const std::string& command_line);
+void add_backends_command(CLI::App& app, Command& chosen);
+
+}  // namespace plumbline::app

@@ -1,0 +1,80 @@
+// The command line: chooses a command, runs it, and turns what went wrong into a message and an exit code.
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "app/arguments.h"
+#include "app/commands.h"
+#include "app/console.h"
+#include "core/error.h"
+
+namespace plumbline::app {
+namespace {
+
+/// The words as they were given, those with blanks in quotes.
+std::string command_line(int argc, char** argv) {
+  std::string line;
+  for (int i = 0; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool plain = !word.empty() && word.find_first_of(" \t\"'\\$`*?[](){};&|<>#~") == std::string::npos;
+    line += (i == 0 ? "" : " ") + (plain ? word : "'" + word + "'");
+  }
+  return line;
+}
+
+/// Runs the command; every way to fail ends in a line on stderr that says what to do.
+int run_command(const Command& command) {
+  try {
+    const int code = command();
+    flush_output();
+    return code;
+  } catch (const UsageError& error) {
+    complain(error.what());
+    return kExitUsage;
+  } catch (const std::bad_alloc&) {
+    complain("out of memory\n  Make the volume smaller, for example --set volume.resolution=256.");
+  } catch (const std::exception& error) {
+    complain(error.what());
+  }
+  return kExitError;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Dense 3D reconstruction from depth images.", "plumbline");
+  app.set_version_flag("--version", std::string("plumbline ") + PLUMBLINE_VERSION);
+  app.require_subcommand(1);
+  Command chosen;
+  const std::string line = command_line(argc, argv);
+  add_run_command(app, chosen, line);
+  add_info_command(app, chosen);
+  add_eval_command(app, chosen);
+  add_render_command(app, chosen);
+  add_demo_command(app, chosen, line);
+  add_backends_command(app, chosen);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    complain(std::string(error.what()) + "\n  `plumbline --help` and `plumbline COMMAND --help` list what there is.");
+    return kExitUsage;
+  }
+  return run_command(chosen);
+}
+
+}  // namespace
+}  // namespace plumbline::app
+
+int main(int argc, char** argv) {
+  // A reader that closes our pipe, or a limit on file sizes, must not kill a run: the failed write is reported instead.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  try {
+    return plumbline::app::run(argc, argv);
+  } catch (...) {  // only if even the message could not be made
+    std::fputs("plumbline: error: out of memory\n", stderr);
+    return plumbline::app::kExitError;
+  }
+}

@@ -1,0 +1,43 @@
+// How far a run is: a bar on a terminal, a line now and then otherwise.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+
+namespace plumbline::app {
+
+struct ProgressState {
+  int done = 0, total = 0;  ///< frames
+  int tracked = 0, lost = 0;
+  double seconds = 0;  ///< since the first frame was asked for
+};
+
+/// One line of at most `width` columns: what matters most comes first, the bar takes what is left.
+std::string progress_line(const ProgressState& state, int width);
+
+/// Draws on stderr. Nothing is drawn before the first `update`, and nothing of the bar stays after the destructor.
+class Progress {
+ public:
+  /// `quiet`: draws nothing.
+  Progress(int total, bool quiet);
+  ~Progress() { erase(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void update(int done, int tracked, int lost);
+  /// A line that stays above the bar.
+  void note(std::string_view line);
+  double seconds() const;
+
+ private:
+  void erase();
+  void draw();
+
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now(), drawn_{};
+  ProgressState state_;
+  bool quiet_, terminal_, visible_ = false;
+};
+
+}  // namespace plumbline::app

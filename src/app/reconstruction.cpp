@@ -1,0 +1,239 @@
+#include "app/reconstruction.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "app/console.h"
+#include "app/frame_log.h"
+#include "app/interrupt.h"
+#include "app/pixel_use.h"
+#include "app/progress.h"
+#include "app/sequence_text.h"
+#include "app/summary.h"
+#include "backend/backend.h"
+#include "core/config.h"
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/mesh.h"
+#include "io/prefetch.h"
+#include "io/trajectory.h"
+
+namespace plumbline::app {
+namespace {
+
+std::vector<int> chosen_frames(const Sequence& sequence, const ReconstructionOptions& options) {
+  std::vector<int> indices;
+  for (int i = 0; i < sequence.size(); i += options.stride) {
+    if (options.max_frames > 0 && static_cast<int>(indices.size()) == options.max_frames) break;
+    indices.push_back(i);
+  }
+  return indices;
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+std::string volume_text(const VolumeParameters& volume) {
+  const int resolution = (volume.resolution + 7) / 8 * 8;
+  return fmt::format("{0}x{0}x{0} voxels of {1:.2f} mm, side {2:g} m, truncation {3:g} m", resolution,
+                     1e3 * volume.side / resolution, volume.side, volume.truncation);
+}
+
+/// One run from its options to its files.
+class Runner {
+ public:
+  explicit Runner(const ReconstructionOptions& options) : options_(options) {}
+
+  Reconstruction run() {
+    open();
+    // Old results are not touched before the first frame is through: what cannot start must not cost anything.
+    const InterruptGuard interrupt;
+    process_frames(interrupt);
+    if (!is_worth_writing()) {
+      if (failure_) std::rethrow_exception(failure_);
+      throw_nothing_tracked();
+    }
+    finish();
+    if (failure_) std::rethrow_exception(failure_);
+    return std::move(run_);
+  }
+
+ private:
+  void open() {
+    validate(options_.parameters);
+    sequence_ = open_sequence(options_.sequence, options_.input);
+    run_.sequence = sequence_->info();
+    run_.parameters = options_.parameters;
+    run_.command_line = options_.command_line;
+    backend_ = make_backend(options_.backend, options_.threads);
+    run_.backend = backend_->description();
+    load_groundtruth();
+    ensure_directory(options_.output);
+    make_pipeline();
+    describe_run();
+  }
+
+  void load_groundtruth() {
+    const bool asked = !options_.groundtruth.empty();
+    run_.groundtruth = asked ? options_.groundtruth : run_.sequence.groundtruth;
+    if (run_.groundtruth.empty()) return;
+    try {
+      groundtruth_ = read_trajectory(run_.groundtruth);
+    } catch (const Error& error) {
+      if (asked) throw;
+      run_.ate_note = error.what();  // a damaged companion file is no reason not to reconstruct
+    }
+  }
+
+  void make_pipeline() {
+    const bool color = options_.input.color && run_.sequence.color_frames > 0 && options_.parameters.volume.color;
+    try {
+      pipeline_ = std::make_unique<Pipeline>(options_.parameters, run_.sequence.camera, *backend_,
+                                             options_.initial_pose, color);
+    } catch (const std::bad_alloc&) {
+      throw Error("there is not enough memory for " + volume_text(options_.parameters.volume), "volume.resolution",
+                  "Make it smaller, for example --set volume.resolution=256.");
+    }
+  }
+
+  void describe_run() const {
+    if (options_.quiet) return;
+    for (const std::string& line : describe(*sequence_)) say(line);
+    say("volume     {}", volume_text(options_.parameters.volume));
+    say("backend    {}", run_.backend);
+    say("output     {}", options_.output);
+  }
+
+  void process_frames(const InterruptGuard& interrupt) {
+    const std::vector<int> indices = chosen_frames(*sequence_, options_);
+    Progress progress(static_cast<int>(indices.size()), options_.quiet);
+    try {
+      Prefetcher reader(*sequence_, indices);
+      while (interrupt.signal() == 0) {
+        const std::optional<Frame> frame = reader.next();
+        if (!frame) break;
+        process(*frame, {reader.wait_milliseconds(), reader.decode_milliseconds()}, progress);
+      }
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    run_.signal = interrupt.signal();
+    run_.wall_seconds = progress.seconds();
+  }
+
+  void process(const Frame& frame, const ReadTimes& read, Progress& progress) {
+    const auto& wanted = options_.pixel_use_frames;
+    const bool explain = std::find(wanted.begin(), wanted.end(), frame.index) != wanted.end();
+    Image<std::uint8_t> pixel_use;
+    const FrameReport report = pipeline_->process(frame, explain ? &pixel_use : nullptr);
+    if (!log_) log_ = std::make_unique<FrameLog>(output("frames.csv"), options_.parameters.tracking);
+    log_->add(report, read);
+    const bool lost = report.tracking.status == TrackingStatus::lost;
+    const bool was_lost = !run_.frames.empty() && run_.frames.back().tracking.status == TrackingStatus::lost;
+    if (!lost) run_.trajectory.push_back({report.time, report.world_from_camera});
+    run_.frames.push_back(report);
+    run_.reads.push_back(read);
+    if (lost != was_lost)
+      progress.note(lost ? fmt::format("frame {} lost: {}", report.index, to_string(report.tracking.reason))
+                         : fmt::format("frame {} tracked again", report.index));
+    progress.update(static_cast<int>(run_.frames.size()), run_.tracked(), run_.lost());
+    if (explain) explain_frame(report.index, pixel_use, progress);
+  }
+
+  void explain_frame(int index, const Image<std::uint8_t>& pixel_use, Progress& progress) const {
+    const std::string path = output(fmt::format("pixel_use_{}.png", index));
+    if (pixel_use.empty())
+      progress.note(fmt::format("frame {} was not registered: no {}", index, path));
+    else
+      write_pixel_use(path, pixel_use);
+  }
+
+  /// A run that never registered one frame to another has nothing to put in place of older results.
+  bool is_worth_writing() const {
+    if (run_.signal != 0) return !run_.trajectory.empty();
+    const bool alone = run_.frames.size() == 1 && !run_.trajectory.empty();
+    return alone || std::any_of(run_.frames.begin(), run_.frames.end(), [](const FrameReport& frame) {
+             return frame.tracking.status == TrackingStatus::tracked;
+           });
+  }
+
+  [[noreturn]] void throw_nothing_tracked() const {
+    const std::string files = log_ ? "; each frame's reason stands in " + output("frames.csv.partial") : "";
+    if (run_.signal != 0) throw Error("interrupted before the first frame was through", options_.sequence, "");
+    if (run_.trajectory.empty())
+      throw Error("no frame has enough depth to begin with, nothing was written" + files, options_.sequence,
+                  "Check --depth-scale, preprocess.min_depth and preprocess.max_depth against the images.");
+    throw Error("no frame could be tracked, nothing was written" + files, options_.sequence,
+                "If the scene lies outside the volume, try --set volume.placement=fit or a larger volume.side.");
+  }
+
+  /// Writes everything that was reached. After a failure the first error is the one to tell.
+  void finish() {
+    try {
+      if (failure_) run_.failure = message_of(failure_);
+      write_outputs();
+    } catch (...) {
+      if (!failure_) throw;
+    }
+  }
+
+  void write_outputs() {
+    // The trajectory first: it is the smallest, and what a full disk should spare.
+    write_tum_trajectory(output("trajectory.txt"), run_.trajectory);
+    evaluate();
+    run_.world_from_volume = pipeline_->world_from_volume();
+    run_.volume_side = pipeline_->volume_side();
+    if (options_.mesh) {
+      run_.mesh = pipeline_->extract_mesh();
+      write_ply(output("mesh.ply"), run_.mesh);
+    }
+    write_text(output("config.toml"), to_toml(options_.parameters));
+    if (log_) log_->commit();
+    write_text(output("summary.json"), summary_json(run_));
+    if (options_.quiet) return;
+    for (const std::string& line : summary_text(run_)) say(line);
+  }
+
+  void evaluate() {
+    if (groundtruth_.empty()) return;
+    try {
+      run_.ate = eval::absolute_trajectory_error(groundtruth_, run_.trajectory);
+    } catch (const Error& error) {
+      run_.ate_note = error.what();
+    }
+  }
+
+  static std::string message_of(const std::exception_ptr& failure) {
+    try {
+      std::rethrow_exception(failure);
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+  }
+
+  std::string output(const std::string& name) const { return (std::filesystem::path(options_.output) / name).string(); }
+
+  const ReconstructionOptions& options_;
+  Reconstruction run_;
+  std::unique_ptr<Sequence> sequence_;
+  std::unique_ptr<Backend> backend_;
+  std::unique_ptr<Pipeline> pipeline_;
+  std::unique_ptr<FrameLog> log_;
+  Trajectory groundtruth_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+Reconstruction reconstruct(const ReconstructionOptions& options) { return Runner(options).run(); }
+
+}  // namespace plumbline::app

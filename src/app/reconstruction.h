@@ -1,0 +1,66 @@
+// A whole run: sequence in, folder of results out. What `plumbline run` and `plumbline demo` share.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/parameters.h"
+#include "core/se3.h"
+#include "eval/trajectory_error.h"
+#include "io/sequence.h"
+#include "pipeline/pipeline.h"
+
+namespace plumbline::app {
+
+struct ReconstructionOptions {
+  std::string sequence;
+  std::string output;  ///< folder; created, files in it replaced whole
+  SequenceOptions input;
+  Parameters parameters;
+  std::string backend = "auto";
+  int threads = 0;     ///< 0 = all cores
+  int max_frames = 0;  ///< 0 = no limit; counted after `stride`
+  int stride = 1;
+  SE3 initial_pose;         ///< world_from_camera of the first frame
+  std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
+  bool mesh = true;
+  std::vector<int> pixel_use_frames;  ///< frames whose pixels' use is painted, by their index in the sequence
+  bool quiet = false;
+  std::string command_line;  ///< for the summary
+};
+
+/// Of one frame, milliseconds: what the run waited for the reader, and what the reader's thread worked on it.
+struct ReadTimes {
+  double wait = 0, decode = 0;
+};
+
+/// What a run did; the files in the output folder say the same.
+struct Reconstruction {
+  SequenceInfo sequence;
+  Parameters parameters;
+  std::string backend;  ///< in words
+  std::string command_line;
+  std::vector<FrameReport> frames;  ///< every frame that was processed
+  std::vector<ReadTimes> reads;     ///< one a frame
+  Trajectory trajectory;            ///< of the tracked frames
+  Mesh mesh;                        ///< empty if none was asked for
+  SE3 world_from_volume;            ///< of the volume's corner
+  double volume_side = 0;           ///< metres
+  std::string groundtruth;          ///< path, or empty
+  std::optional<eval::AbsoluteError> ate;
+  std::string ate_note;  ///< why there is no `ate` although there is a ground truth
+  double wall_seconds = 0;
+  std::string failure;  ///< message of what ended the run early, or empty
+  int signal = 0;       ///< that ended the run early, or 0
+
+  int tracked() const { return static_cast<int>(trajectory.size()); }
+  int lost() const { return static_cast<int>(frames.size() - trajectory.size()); }
+};
+
+/// Ctrl-C finishes the current frame; what was reached is written. If a frame cannot be read, what was reached is
+/// written too, and then the Error is thrown.
+Reconstruction reconstruct(const ReconstructionOptions& options);
+
+}  // namespace plumbline::app

@@ -1,0 +1,102 @@
+// What a device can do: run the kernels. A backend is a list of stages with no maths of its own; which kernels make a
+// frame is decided above it, in ordinary C++ that is compiled once.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+#include "core/se3.h"
+#include "kernels/icp.h"
+#include "kernels/integrate.h"
+#include "kernels/marching_cubes.h"
+#include "kernels/preprocess.h"
+#include "kernels/raycast.h"
+
+namespace plumbline {
+
+/// What one pass of registration sums up.
+struct IcpSums {
+  double slots[kernels::icp_sum::kCount] = {};
+  /// Pairs per distance bin; the last entry counts those beyond the range.
+  std::vector<std::int32_t> histogram;
+  double bin_width = 0;  ///< metres
+
+  Matrix6d hessian() const;   ///< AᵀA
+  Vector6d gradient() const;  ///< Aᵀb
+  double squares() const { return slots[kernels::icp_sum::kSquares]; }
+  int inliers() const { return static_cast<int>(slots[kernels::icp_sum::kInliers]); }
+  int with_depth() const { return static_cast<int>(slots[kernels::icp_sum::kWithDepth]); }
+  int pairs() const { return static_cast<int>(slots[kernels::icp_sum::kPairs]); }
+  /// Bin that holds the median distance of the pairs; the last one (beyond the range) counts too. −1 without pairs.
+  int median_bin() const;
+  /// Centre of that bin, metres; the range's end when the median lies beyond it, 0 without pairs.
+  double median_distance() const;
+};
+
+/// Runs kernels on one device. Calls return when the result is there. Not thread-safe; every pipeline may have its own.
+class Backend {
+ public:
+  Backend() = default;
+  Backend(const Backend&) = delete;
+  Backend& operator=(const Backend&) = delete;
+  virtual ~Backend();
+
+  virtual std::string name() const = 0;         ///< "cpu"
+  virtual std::string description() const = 0;  ///< "cpu (avx2+fma, 2 threads)"
+
+  /// Zeroed memory that kernels can use. Throws std::bad_alloc.
+  virtual Buffer allocate(std::size_t bytes) const = 0;
+  /// Copies to and from that memory.
+  virtual void upload(void* device, const void* host, std::size_t bytes) const = 0;
+  virtual void download(void* host, const void* device, std::size_t bytes) const = 0;
+  virtual void clear(void* device, std::size_t bytes) const = 0;
+
+  // Preprocessing.
+  virtual void run(const kernels::ToMetres& kernel) const = 0;
+  virtual void run(const kernels::BilateralFilter& kernel) const = 0;
+  virtual void run(const kernels::DecimateDepth& kernel) const = 0;
+  virtual void run(const kernels::PlaneNormals& kernel) const = 0;
+  virtual void run(const kernels::IntegralInput& kernel) const = 0;
+  virtual void run(const kernels::IntegralNormals& kernel) const = 0;
+  /// In place: every element becomes the sum over the rectangle from the first one to it (32-bit, may wrap).
+  virtual void integral_image(const PlaneView<std::int32_t>& plane) const = 0;
+
+  // Registration.
+  virtual IcpSums reduce(const kernels::IcpReduce& kernel) const = 0;
+  virtual void run(const kernels::ExplainPixels& kernel) const = 0;
+
+  // Fusion.
+  virtual void run(const kernels::DepthRangeBase& kernel, int rows) const = 0;
+  virtual void run(const kernels::DepthRangeCoarser& kernel, int columns, int rows) const = 0;
+  virtual void run(const kernels::MarkBricks& kernel) const = 0;
+  /// Writes the indices i with flags[i] ≠ 0 to `list`, in order, and returns how many there are.
+  virtual int compact(const std::int32_t* flags, int count, std::int32_t* list) const = 0;
+  /// Updates the listed bricks; those that get a surface are marked as occupied.
+  virtual void run(const kernels::Integrate& kernel, const std::int32_t* list, int count) const = 0;
+
+  // Prediction.
+  virtual void run(const kernels::Raycast& kernel) const = 0;
+  virtual void run(const kernels::DecimateModel& kernel) const = 0;
+
+  // Meshing.
+  virtual void run(const kernels::CountBrick& kernel, int entries) const = 0;
+  /// Exclusive prefix sum in place; returns the total. Throws Error above 2³¹ − 1.
+  virtual std::int64_t scan(std::int32_t* values, int count) const = 0;
+  virtual void run(const kernels::WriteBrick& kernel, int entries) const = 0;
+};
+
+struct BackendInfo {
+  std::string name;
+  bool available = false;
+  std::string description;  ///< what it is, or why it is not available
+};
+
+/// "auto" (the fastest there is), "cpu", or "cuda". `threads` of 0 takes all of the machine's; other backends ignore it.
+/// Throws Error for a name that is unknown or not available here.
+std::unique_ptr<Backend> make_backend(const std::string& name = "auto", int threads = 0);
+std::vector<BackendInfo> list_backends();
+
+}  // namespace plumbline

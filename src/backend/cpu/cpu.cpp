@@ -1,0 +1,95 @@
+#include "backend/cpu/cpu.h"
+
+#include <array>
+#include <cstring>
+
+#include "backend/cpu/lanes.h"
+#include "core/error.h"
+
+namespace plumbline {
+namespace cpu {
+namespace {
+
+struct InstructionSet {
+  const char* name;
+  bool (*available)();
+  Backend* (*make)(int threads, const char* instruction_set);
+};
+
+/// The widest first.
+constexpr std::array<InstructionSet, 2> kInstructionSets = {{
+    {"avx2+fma", [] { return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0; },
+     make_lanes_avx2},
+    {"sse4.2", [] { return __builtin_cpu_supports("sse4.2") != 0; }, make_lanes_sse4_2},
+}};
+
+}  // namespace
+
+LanesBase::LanesBase(int threads, const char* instruction_set)
+    : threads_(threads), instruction_set_(instruction_set) {}
+LanesBase::~LanesBase() = default;
+
+std::string LanesBase::name() const { return "cpu"; }
+
+std::string LanesBase::description() const {
+  const int n = threads_.count();
+  return std::string("cpu (") + instruction_set_ + ", " + std::to_string(n) + (n == 1 ? " thread)" : " threads)");
+}
+
+Buffer LanesBase::allocate(std::size_t bytes) const { return allocate_host(bytes); }
+void LanesBase::upload(void* device, const void* host, std::size_t bytes) const { std::memcpy(device, host, bytes); }
+void LanesBase::download(void* host, const void* device, std::size_t bytes) const { std::memcpy(host, device, bytes); }
+void LanesBase::clear(void* device, std::size_t bytes) const { std::memset(device, 0, bytes); }
+
+void LanesBase::integral_image(const PlaneView<std::int32_t>& plane) const {
+  cpu::integral_image(threads_, plane.data, plane.width, plane.height, plane.stride);
+}
+
+IcpSums LanesBase::reduce(const kernels::IcpReduce& kernel) const {
+  IcpSums sums;
+  sums.histogram.resize(static_cast<std::size_t>(kernel.in.bins) + 2);
+  sums.bin_width = 1.0 / static_cast<double>(kernel.in.bins_per_metre);
+  reduce_into(kernel, sums.slots, sums.histogram.data());
+  sums.histogram.pop_back();  // what was no pair
+  return sums;
+}
+
+int LanesBase::compact(const std::int32_t* flags, int count, std::int32_t* list) const {
+  return cpu::compact(threads_, flags, count, list);
+}
+std::int64_t LanesBase::scan(std::int32_t* values, int count) const { return cpu::scan(threads_, values, count); }
+
+void LanesBase::run(const kernels::CountBrick& kernel, int entries) const {
+  threads_.run(entries, [&](int entry, int) { kernel(entry); });
+}
+void LanesBase::run(const kernels::WriteBrick& kernel, int entries) const {
+  threads_.run(entries, [&](int entry, int) { kernel(entry); });
+}
+
+}  // namespace cpu
+
+std::vector<std::string> cpu_instruction_sets() {
+  std::vector<std::string> result;
+  for (const cpu::InstructionSet& set : cpu::kInstructionSets) {
+    if (set.available()) result.emplace_back(set.name);
+  }
+  return result;
+}
+
+std::unique_ptr<Backend> make_cpu_backend(int threads, const std::string& instruction_set) {
+  for (const cpu::InstructionSet& set : cpu::kInstructionSets) {
+    if ((instruction_set.empty() || instruction_set == set.name) && set.available())
+      return std::unique_ptr<Backend>(set.make(threads, set.name));
+  }
+  std::string available;
+  for (const std::string& name : cpu_instruction_sets()) available += (available.empty() ? "" : ", ") + name;
+  throw Error("this processor does not have the instruction set" + (instruction_set.empty() ? " SSE4.2" : ": " + instruction_set),
+              "cpu backend", available.empty() ? "use a processor of 2009 or later" : "available here: " + available);
+}
+
+std::string cpu_description() {
+  const std::vector<std::string> sets = cpu_instruction_sets();
+  return sets.empty() ? "this processor lacks SSE4.2" : "oneTBB threads, " + sets.front() + " lanes";
+}
+
+}  // namespace plumbline

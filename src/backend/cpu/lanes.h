@@ -1,0 +1,41 @@
+// What the CPU's instruction sets share; the rest is in lanes.cpp.
+#pragma once
+
+#include "backend/backend.h"
+#include "backend/cpu/threads.h"
+
+namespace plumbline::cpu {
+
+/// The stages that need no lanes, compiled once for every processor.
+class LanesBase : public Backend {
+ public:
+  LanesBase(int threads, const char* instruction_set);
+  ~LanesBase() override;
+
+  std::string name() const override;
+  std::string description() const override;
+  Buffer allocate(std::size_t bytes) const override;
+  void upload(void* device, const void* host, std::size_t bytes) const override;
+  void download(void* host, const void* device, std::size_t bytes) const override;
+  void clear(void* device, std::size_t bytes) const override;
+  void integral_image(const PlaneView<std::int32_t>& plane) const override;
+  IcpSums reduce(const kernels::IcpReduce& kernel) const override;
+  int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;
+  std::int64_t scan(std::int32_t* values, int count) const override;
+  void run(const kernels::CountBrick& kernel, int entries) const override;
+  void run(const kernels::WriteBrick& kernel, int entries) const override;
+  using Backend::run;
+
+ protected:
+  const Threads& threads() const { return threads_; }
+  virtual void reduce_into(const kernels::IcpReduce& kernel, double* sums, std::int32_t* histogram) const = 0;
+
+ private:
+  Threads threads_;
+  const char* instruction_set_;
+};
+
+Backend* make_lanes_sse4_2(int threads, const char* instruction_set);
+Backend* make_lanes_avx2(int threads, const char* instruction_set);
+
+}  // namespace plumbline::cpu

@@ -1,0 +1,37 @@
+#include "backend/maps.h"
+
+namespace plumbline {
+
+DepthLevel::DepthLevel(const Pinhole& level_camera, const Backend& backend) : camera(level_camera) {
+  const auto plane = [&] {
+    return Plane<float>(camera.width, camera.height, [&](std::size_t bytes) { return backend.allocate(bytes); });
+  };
+  depth = plane();
+  normal_x = plane();
+  normal_y = plane();
+  normal_z = plane();
+}
+
+DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& backend) {
+  DepthPyramid pyramid;
+  pyramid.reserve(static_cast<std::size_t>(levels));
+  for (int level = 0; level < levels; ++level) pyramid.emplace_back(camera.level(level), backend);
+  return pyramid;
+}
+
+kernels::IcpInput icp_input(const DepthLevel& live, const DepthLevel& model) {
+  kernels::IcpInput in{};
+  in.live_depth = read_only(live.depth);
+  in.live_normal_x = read_only(live.normal_x);
+  in.live_normal_y = read_only(live.normal_y);
+  in.live_normal_z = read_only(live.normal_z);
+  in.model_depth = read_only(model.depth);
+  in.model_normal_x = read_only(model.normal_x);
+  in.model_normal_y = read_only(model.normal_y);
+  in.model_normal_z = read_only(model.normal_z);
+  in.live_camera = live.camera;
+  in.model_camera = model.camera;
+  return in;
+}
+
+}  // namespace plumbline

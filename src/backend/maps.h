@@ -1,0 +1,57 @@
+// The images of one frame and of the model's prediction, level by level, in a backend's memory.
+#pragma once
+
+#include <vector>
+
+#include "backend/backend.h"
+#include "core/image.h"
+#include "core/pinhole.h"
+
+namespace plumbline {
+
+/// Depth in metres along the optical axis and unit normals towards the camera, in its frame; zeros where there is none.
+/// Vertices are not stored: they follow from the depth and the camera.
+struct DepthLevel {
+  Pinhole camera;
+  Plane<float> depth, normal_x, normal_y, normal_z;
+
+  DepthLevel(const Pinhole& level_camera, const Backend& backend);
+  kernels::NormalPlanes normals() const { return {normal_x.view(), normal_y.view(), normal_z.view()}; }
+};
+
+/// Finest level first.
+using DepthPyramid = std::vector<DepthLevel>;
+DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& backend);
+
+template <class T>
+PlaneView<const T> read_only(const Plane<T>& plane) {
+  const PlaneView<T> view = plane.view();
+  return {view.data, view.width, view.height, view.stride};
+}
+
+/// A plane's pixels as a host image, without padding.
+template <class T>
+Image<T> download(const Backend& backend, const Plane<T>& plane) {
+  const PlaneView<T> view = plane.view();
+  std::vector<T> padded(static_cast<std::size_t>(view.stride) * static_cast<std::size_t>(view.height));
+  backend.download(padded.data(), plane.storage(), plane.bytes());
+  Image<T> image(view.width, view.height);
+  for (int y = 0; y < view.height; ++y) {
+    const T* row = padded.data() + static_cast<std::ptrdiff_t>(y) * view.stride + Plane<T>::kPadding;
+    std::copy(row, row + view.width, image.row(y));
+  }
+  return image;
+}
+
+/// A host image into a plane of the same size.
+template <class T>
+void upload(const Backend& backend, const Image<T>& image, Plane<T>& plane) {
+  const PlaneView<T> view = plane.view();
+  for (int y = 0; y < view.height; ++y)
+    backend.upload(view.row(y), image.row(y), sizeof(T) * static_cast<std::size_t>(view.width));
+}
+
+/// The registration kernel's input for one level of a live and a predicted pyramid; the gates are left to the caller.
+kernels::IcpInput icp_input(const DepthLevel& live, const DepthLevel& model);
+
+}  // namespace plumbline

@@ -1,0 +1,161 @@
+// Every parameter of the reconstruction, listed once: name, place, unit, help and permitted range.
+//
+// The `fields()` visitor of each group drives the TOML file, `--set`, `--print-config`, the copy saved beside results
+// and later the Python attributes. To add a parameter: add a member with its default and one line in `fields()`.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace plumbline {
+
+/// Closed interval of permitted values.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+};
+
+enum class NormalMethod { plane, integral };
+constexpr auto names(NormalMethod) { return std::array<std::string_view, 2>{"plane", "integral"}; }
+
+enum class VolumePlacement { front, fit };
+constexpr auto names(VolumePlacement) { return std::array<std::string_view, 2>{"front", "fit"}; }
+
+struct PreprocessParameters {
+  double min_depth = 0.3;
+  double max_depth = 8.0;
+  bool bilateral = true;
+  int bilateral_radius = 6;
+  double bilateral_sigma_space = 4.5;
+  double bilateral_sigma_range = 0.03;
+  double decimation_range = 0.09;
+  NormalMethod normals = NormalMethod::plane;
+  int normal_radius = 3;
+  double normal_depth_gate = 0.03;
+};
+
+struct TrackingParameters {
+  std::vector<int> iterations = {4, 5, 10};
+  int finest_level = 0;
+  double distance_gate = 0.10;
+  double normal_gate = 20;
+  int histogram_bins = 1000;
+  double histogram_range = 0.5;
+  double min_inlier_fraction = 0.10;
+  int min_inliers = 300;
+  double max_condition = 1e6;
+  double max_step_translation = 0.30;
+  double max_step_rotation = 30;
+};
+
+struct VolumeParameters {
+  int resolution = 512;
+  double side = 3.0;
+  VolumePlacement placement = VolumePlacement::front;
+  double offset = -0.1;
+  double truncation = 0.03;
+  int max_weight = 128;
+  bool color = true;
+};
+
+struct RaycastParameters {
+  double min_distance = 0.05;
+  double max_distance = 10.0;
+};
+
+struct MeshParameters {
+  int min_weight = 3;
+};
+
+/// All of them. A default-constructed value is the `kinectfusion` preset: METHOD.md §1.
+struct Parameters {
+  PreprocessParameters preprocess;
+  TrackingParameters tracking;
+  VolumeParameters volume;
+  RaycastParameters raycast;
+  MeshParameters mesh;
+};
+
+template <class P, class Visitor>
+void preprocess_fields(P& p, Visitor&& v) {
+  v("min_depth", p.min_depth, "m", "readings nearer than this are ignored", Range{0, 100});
+  v("max_depth", p.max_depth, "m", "readings farther than this are ignored", Range{0, 100});
+  v("bilateral", p.bilateral, "", "smooth the depth that is tracked (the fused depth stays raw)", Range{});
+  v("bilateral_radius", p.bilateral_radius, "px", "half window; 6 means 13x13", Range{1, 12});
+  v("bilateral_sigma_space", p.bilateral_sigma_space, "px", "spatial standard deviation", Range{0.1, 100});
+  v("bilateral_sigma_range", p.bilateral_sigma_range, "m", "depth standard deviation", Range{1e-4, 1});
+  v("decimation_range", p.decimation_range, "m", "pixels within this of the nearest are averaged in the pyramid",
+    Range{1e-4, 10});
+  v("normals", p.normals, "", "plane: inverse-depth plane fit in a window; integral: smoothed gradients (Holzer 2012)",
+    Range{});
+  v("normal_radius", p.normal_radius, "px", "half window of the plane fit; 3 means 7x7", Range{1, 10});
+  v("normal_depth_gate", p.normal_depth_gate, "1", "a neighbour belongs to the surface within this fraction of depth",
+    Range{1e-4, 1});
+}
+
+template <class P, class Visitor>
+void tracking_fields(P& p, Visitor&& v) {
+  v("iterations", p.iterations, "", "ICP iterations per pyramid level, coarse to fine", Range{0, 1000});
+  v("finest_level", p.finest_level, "", "pyramid level of the last entry of iterations; 0 is full resolution",
+    Range{0, 6});
+  v("distance_gate", p.distance_gate, "m", "pairs farther apart are not used", Range{1e-4, 10});
+  v("normal_gate", p.normal_gate, "deg", "pairs whose normals differ more are not used", Range{0.1, 180});
+  v("histogram_bins", p.histogram_bins, "", "bins of the distance distribution", Range{1, 4096});
+  v("histogram_range", p.histogram_range, "m", "range of the distance distribution", Range{1e-3, 100});
+  v("min_inlier_fraction", p.min_inlier_fraction, "1", "fewer matched pixels with depth than this: lost", Range{0, 1});
+  v("min_inliers", p.min_inliers, "", "fewer matched pixels than this: lost", Range{6, 1e9});
+  v("max_condition", p.max_condition, "1", "condition number of the scaled normal equations above which: lost",
+    Range{1, 1e300});
+  v("max_step_translation", p.max_step_translation, "m", "a longer step between frames is implausible: lost",
+    Range{1e-3, 1e3});
+  v("max_step_rotation", p.max_step_rotation, "deg", "a larger turn between frames is implausible: lost",
+    Range{0.1, 180});
+}
+
+template <class P, class Visitor>
+void volume_fields(P& p, Visitor&& v) {
+  v("resolution", p.resolution, "voxels", "voxels along each side; rounded up to a multiple of 8", Range{8, 1024});
+  v("side", p.side, "m", "length of each side", Range{0.01, 1000});
+  v("placement", p.placement, "",
+    "front: centred on the first camera's axis, offset*side in front of it; fit: around the first frame's points", Range{});
+  v("offset", p.offset, "side",
+    "front face in front of the first camera; negative: the camera stands inside the volume", Range{-2, 2});
+  v("truncation", p.truncation, "m", "truncation distance of the signed distance", Range{1e-4, 10});
+  v("max_weight", p.max_weight, "", "cap of the running average's weight", Range{1, 65535});
+  v("color", p.color, "", "fuse colour where the sequence has it (4 more bytes a voxel)", Range{});
+}
+
+template <class P, class Visitor>
+void raycast_fields(P& p, Visitor&& v) {
+  v("min_distance", p.min_distance, "m", "surfaces nearer to the camera are not predicted", Range{1e-3, 100});
+  v("max_distance", p.max_distance, "m", "surfaces farther from the camera are not predicted", Range{1e-2, 1000});
+}
+
+template <class P, class Visitor>
+void mesh_fields(P& p, Visitor&& v) {
+  v("min_weight", p.min_weight, "", "cells with a voxel seen fewer times give no surface (never more than the frames fused)", Range{1, 65535});
+}
+
+/// Calls `v(name, member, unit, help, Range)` for each field, between `v.group(name)` calls.
+template <class P, class Visitor>
+void fields(P& p, Visitor&& v) {
+  v.group("preprocess");
+  preprocess_fields(p.preprocess, v);
+  v.group("tracking");
+  tracking_fields(p.tracking, v);
+  v.group("volume");
+  volume_fields(p.volume, v);
+  v.group("raycast");
+  raycast_fields(p.raycast, v);
+  v.group("mesh");
+  mesh_fields(p.mesh, v);
+}
+
+/// The presets by name: `kinectfusion`. Throws Error naming the known ones.
+Parameters preset(std::string_view name);
+std::vector<std::string> preset_names();
+
+}  // namespace plumbline

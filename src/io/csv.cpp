@@ -1,0 +1,63 @@
+#include "io/csv.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+
+namespace plumbline {
+
+std::string csv_field(std::string_view value) {
+  if (value.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(value);
+  std::string quoted = "\"";
+  for (const char c : value) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+CsvWriter::CsvWriter(const std::string& path, const std::vector<std::string>& columns)
+    : path_(path), columns_(columns.size()) {
+  if (columns.empty()) throw Error("a table needs at least one column", path, "name the columns");
+  fd_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (fd_ < 0) throw_write_error(path, errno);
+  try {
+    row(columns);
+  } catch (...) {
+    ::close(fd_);
+    throw;
+  }
+}
+
+CsvWriter::~CsvWriter() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+void CsvWriter::row(const std::vector<std::string>& fields) {
+  if (fd_ < 0) throw Error("a row was written after the table was closed", path_, "close it after the last row");
+  if (fields.size() != columns_)
+    throw Error(
+        "a row of " + std::to_string(fields.size()) + " fields does not fit " + std::to_string(columns_) + " columns",
+        path_, "give one field for each column");
+  std::string line;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (i > 0) line += ',';
+    line += csv_field(fields[i]);
+  }
+  // A lone empty field would be a blank line, which readers skip.
+  if (line.empty()) line = "\"\"";
+  write_fully(fd_, line + '\n', path_);
+}
+
+void CsvWriter::close() {
+  if (fd_ < 0) return;
+  const int fd = fd_;
+  fd_ = -1;
+  if (::close(fd) != 0) throw_write_error(path_, errno);
+}
+
+}  // namespace plumbline

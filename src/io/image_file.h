@@ -1,0 +1,20 @@
+// Image files of any format that is read, told apart by their first bytes and not by their names.
+#pragma once
+
+#include <string>
+
+#include "core/image.h"
+#include "io/png.h"
+
+namespace plumbline {
+
+/// Width, height and kind. Throws Error if the file is neither PNG nor JPEG.
+ImageHeader read_image_header(const std::string& path);
+
+/// A 16-bit grey PNG. Throws Error naming the file if it is anything else, is damaged or ends early.
+DepthImage read_depth_image(const std::string& path);
+
+/// PNG or JPEG as 8-bit RGB. Throws Error as above.
+ColorImage read_color_image(const std::string& path);
+
+}  // namespace plumbline

@@ -1,0 +1,54 @@
+#include "io/mesh.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <limits>
+
+#include "core/error.h"
+
+namespace plumbline {
+namespace {
+
+std::string lower_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+[[noreturn]] void fail_unknown(const std::string& path) {
+  throw Error("the mesh format is not known by the file's ending", path, "use a name that ends in .ply or .obj");
+}
+
+}  // namespace
+
+void check_mesh(const Mesh& mesh, const std::string& path) {
+  const std::size_t n = mesh.positions.size();
+  const std::string advice = "give one for each vertex, or none";
+  if (!mesh.normals.empty() && mesh.normals.size() != n)
+    throw Error("the mesh's normals are not as many as its vertices", path, advice);
+  if (!mesh.colors.empty() && mesh.colors.size() != n)
+    throw Error("the mesh's colours are not as many as its vertices", path, advice);
+  if (n > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+    throw Error("the mesh has more vertices than the format can number", path, "write it in parts");
+  for (const Mesh::Triangle& t : mesh.triangles)
+    if (t.a >= n || t.b >= n || t.c >= n)
+      throw Error("a triangle names a vertex that the mesh does not have", path, "check the mesh's indices");
+}
+
+void write_mesh(const std::string& path, const Mesh& mesh) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".ply") return write_ply(path, mesh);
+  if (extension == ".obj") return write_obj(path, mesh);
+  fail_unknown(path);
+}
+
+Mesh read_mesh(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".ply") return read_ply(path);
+  if (extension == ".obj") return read_obj(path);
+  fail_unknown(path);
+}
+
+}  // namespace plumbline

@@ -1,0 +1,35 @@
+// Triangle meshes as PLY and OBJ files.
+#pragma once
+
+#include <string>
+
+#include "core/frame.h"
+
+namespace plumbline {
+
+/// Writes by the name's ending, .ply or .obj. Throws Error for other endings, for normals or colours whose number is
+/// not that of the positions, for an index beyond the vertices, and for a file that cannot be written whole.
+void write_mesh(const std::string& path, const Mesh& mesh);
+
+/// Binary little-endian PLY: float positions (m) and normals, uchar colours, faces as `list uchar int vertex_indices`.
+void write_ply(const std::string& path, const Mesh& mesh);
+
+/// Wavefront OBJ; colours follow the position on its `v` line, 0 to 1, as most programs read them.
+void write_obj(const std::string& path, const Mesh& mesh);
+
+/// Reads by the name's ending, .ply or .obj. Polygons become fans of triangles, unknown properties and elements are
+/// skipped, a point cloud is a mesh without triangles. Throws Error for a file that ends early, counts that its size
+/// cannot hold, indices beyond the vertices, and malformed text.
+Mesh read_mesh(const std::string& path);
+
+/// PLY 1.0: ascii, binary_little_endian, binary_big_endian.
+Mesh read_ply(const std::string& path);
+
+/// Positions, `v x y z r g b` colours, normals and faces; the rest is skipped. A vertex whose corners have different
+/// normals gets their mean direction.
+Mesh read_obj(const std::string& path);
+
+/// Throws Error if the parts of the mesh do not fit together; `path` is where it was to be written.
+void check_mesh(const Mesh& mesh, const std::string& path);
+
+}  // namespace plumbline

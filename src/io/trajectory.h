@@ -1,0 +1,28 @@
+// Trajectories as text files.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/frame.h"
+
+namespace plumbline {
+
+/// Reads TUM's format: `t tx ty tz qx qy qz qw` a line, seconds and metres, world_from_camera, fields between blanks or
+/// commas. Unsorted poses are sorted, of doubled stamps the first is kept, a half-written last line is left out; each
+/// is told in `notes` where that is given. Throws Error with file and line for anything else that is not eight finite
+/// numbers with a quaternion of unit length (within 0.01; the rest is normalised away), and for a file without poses.
+Trajectory read_tum_trajectory(const std::string& path, std::vector<std::string>* notes = nullptr);
+
+/// Writes the same format, so that poses read back within 1e-8. Stamps have six decimals, or nine where that would
+/// round one. Throws Error for a pose that is not finite and for a file that cannot be written whole.
+void write_tum_trajectory(const std::string& path, const Trajectory& trajectory);
+
+/// The poses of a 7-Scenes folder, `frame-000123.pose.txt` with a 4×4 world_from_camera each, at k/30 s as its frames.
+/// Poses that are not finite are left out with a note. Throws Error for a matrix that is no rigid motion.
+Trajectory read_seven_scenes_poses(const std::string& folder, std::vector<std::string>* notes = nullptr);
+
+/// A trajectory file, or a 7-Scenes folder: what `SequenceInfo::groundtruth` names.
+Trajectory read_trajectory(const std::string& path, std::vector<std::string>* notes = nullptr);
+
+}  // namespace plumbline

@@ -1,0 +1,283 @@
+// From a raw depth image to what registration needs: metres, smoothed depth, a pyramid, normals. METHOD.md §1.
+//
+// A reading of zero means "none" everywhere, and so does the padding around each plane; see PlaneView.
+#pragma once
+
+#include "core/pinhole.h"
+#include "core/vec3.h"
+#include "kernels/lane.h"
+
+namespace plumbline::kernels {
+
+/// e^(−t) for t ≥ 0, relative error below 2e-4 for t < 16 and below 1e-7 absolute beyond: 2^x split into an exponent
+/// and a cubic for the fraction.
+template <class F>
+PL_HD F exp_negative(const F& t) {
+  const F x = max(t * -1.44269504f, F(-24.0f));
+  const F whole = floor(x);
+  const F fraction = x - whole;
+  F p = madd(fraction, F(0.0790204f), F(0.2241268f));
+  p = madd(fraction, p, F(0.6967247f));
+  p = madd(fraction, p, F(0.9998119f));
+  return p * float_from_bits(shift_left<23>(to_int(whole) + Int<F>(127)));
+}
+
+/// Raw readings to metres; readings out of [min_depth, max_depth] become none.
+struct ToMetres {
+  PlaneView<const std::uint16_t> raw;
+  PlaneView<float> depth;
+  float metres_per_reading, min_depth, max_depth;
+
+  template <class F>
+  PL_HD void operator()(int x, int y) const {
+    const F z = load_u16<F>(raw.row(y) + x) * metres_per_reading;
+    const auto valid = inside_row<F>(x, depth.width) && z >= F(min_depth) && z <= F(max_depth) && z > F(0.0f);
+    store_masked<F>(depth.row(y) + x, z, valid);
+  }
+};
+
+/// Edge-preserving smoothing (Tomasi and Manduchi 1998) with Gaussian weights in the image and in depth.
+struct BilateralFilter {
+  PlaneView<const float> in;
+  PlaneView<float> out;
+  int radius;
+  float inverse_two_sigma_space2;  ///< 1 / (2 σ_space²), 1/px²
+  float inverse_two_sigma_range2;  ///< 1 / (2 σ_range²), 1/m²
+
+  template <class F>
+  PL_HD void operator()(int x, int y) const {
+    const F centre = load<F>(in.row(y) + x);
+    const auto valid = inside_row<F>(x, in.width) && centre > F(0.0f);
+    F sum(0.0f), weights(0.0f);
+    if (any(valid)) {
+      const int y0 = y - radius < 0 ? 0 : y - radius;
+      const int y1 = y + radius >= in.height ? in.height - 1 : y + radius;
+      for (int yy = y0; yy <= y1; ++yy) {
+        const float* row = in.row(yy) + x;
+        const float dy2 = static_cast<float>((yy - y) * (yy - y));
+        for (int dx = -radius; dx <= radius; ++dx) {
+          const F z = load<F>(row + dx);
+          const F dz = z - centre;
+          const float space = (static_cast<float>(dx * dx) + dy2) * inverse_two_sigma_space2;
+          const F w = select(z > F(0.0f), exp_negative(madd(dz * dz, F(inverse_two_sigma_range2), F(space))), F(0.0f));
+          sum = madd(w, z, sum);
+          weights = weights + w;
+        }
+      }
+    }
+    store_masked<F>(out.row(y) + x, sum / max(weights, F(1e-20f)), valid);
+  }
+};
+
+/// Depth at half the size: the mean of the 2×2 block's readings that lie within `range` of its nearest one, so that a
+/// coarse pixel never mixes the two sides of an edge.
+struct DecimateDepth {
+  PlaneView<const float> fine;
+  PlaneView<float> coarse;
+  float range;  ///< metres
+
+  template <class F>
+  PL_HD void operator()(int x, int y) const {
+    const F none(1e30f);
+    F z[4];
+    for (int k = 0; k < 4; ++k) {
+      const float* row = fine.row(2 * y + k / 2) + 2 * x + k % 2;
+      const F reading = gather(row, shift_left<1>(Lane<F>::int_index()));
+      z[k] = select(reading > F(0.0f), reading, none);
+    }
+    const F nearest = min(min(z[0], z[1]), min(z[2], z[3]));
+    F sum(0.0f), count(0.0f);
+    for (int k = 0; k < 4; ++k) {
+      const auto same_surface = z[k] - nearest <= F(range);
+      sum = sum + select(same_surface, z[k], F(0.0f));
+      count = count + select(same_surface, F(1.0f), F(0.0f));
+    }
+    const auto valid = inside_row<F>(x, coarse.width) && nearest < F(1e29f);
+    store_masked<F>(coarse.row(y) + x, sum / count, valid);
+  }
+};
+
+/// A normal map: unit vectors towards the camera in its frame, or zeros.
+struct NormalPlanes {
+  PlaneView<float> x, y, z;
+};
+
+template <class F>
+PL_HD void store_normal(const NormalPlanes& planes, int x, int y, const Vec3<F>& n, const Mask<F>& valid) {
+  store_masked<F>(planes.x.row(y) + x, n.x, valid);
+  store_masked<F>(planes.y.row(y) + x, n.y, valid);
+  store_masked<F>(planes.z.row(y) + x, n.z, valid);
+}
+
+/// Unit normal facing the camera from an unoriented, unscaled one at the pixel's viewing ray.
+template <class F>
+PL_HD Vec3<F> orient_to_camera(const Vec3<F>& n, const Vec3<F>& point) {
+  const F scale = F(1.0f) / sqrt(max(dot(n, n), F(1e-30f)));
+  return n * select(dot(n, point) > F(0.0f), F(0.0f) - scale, scale);
+}
+
+/// Normals by a local plane. A plane n·p = d is *linear* in the inverse depth, 1/z = (n·(x/z, y/z, 1)) / d, and the
+/// noise of a triangulating sensor is uniform in 1/z, so the least-squares fit of 1/z over the window is the plane's
+/// best estimate without an eigen-decomposition. Pixels of other surfaces are left out by a relative depth gate.
+struct PlaneNormals {
+  PlaneView<const float> depth;
+  NormalPlanes normals;
+  Pinhole camera;
+  int radius;
+  float depth_gate;  ///< fraction of the centre's depth
+
+  template <class F>
+  PL_HD void operator()(int x, int y) const {
+    const F centre = load<F>(depth.row(y) + x);
+    const auto inside = inside_row<F>(x, depth.width) && centre > F(0.0f);
+    if (!any(inside)) return store_normal<F>(normals, x, y, {F(0.0f), F(0.0f), F(0.0f)}, inside);
+
+    // Sums over the window of 1, i, j, i², ij, j² and of w, i·w, j·w, with w = centre/z − 1.
+    F n(0.0f), si(0.0f), sj(0.0f), sii(0.0f), sij(0.0f), sjj(0.0f), sw(0.0f), siw(0.0f), sjw(0.0f);
+    const F gate = centre * depth_gate;
+    const int j0 = y < radius ? -y : -radius;
+    const int j1 = y + radius >= depth.height ? depth.height - 1 - y : radius;
+    for (int j = j0; j <= j1; ++j) {
+      const float* row = depth.row(y + j) + x;
+      F rn(0.0f), ri(0.0f), rii(0.0f), rw(0.0f), riw(0.0f);
+      for (int i = -radius; i <= radius; ++i) {
+        const F z = load<F>(row + i);
+        const auto same_surface = abs(z - centre) <= gate;
+        const F one = select(same_surface, F(1.0f), F(0.0f));
+        const F w = select(same_surface, centre / max(z, F(1e-6f)) - 1.0f, F(0.0f));
+        const float fi = static_cast<float>(i);
+        rn = rn + one;
+        ri = madd(one, F(fi), ri);
+        rii = madd(one, F(fi * fi), rii);
+        rw = rw + w;
+        riw = madd(w, F(fi), riw);
+      }
+      const float fj = static_cast<float>(j);
+      n = n + rn;
+      si = si + ri;
+      sii = sii + rii;
+      sw = sw + rw;
+      siw = siw + riw;
+      sj = madd(rn, F(fj), sj);
+      sij = madd(ri, F(fj), sij);
+      sjj = madd(rn, F(fj * fj), sjj);
+      sjw = madd(rw, F(fj), sjw);
+    }
+    // Centre the sums and solve the 2×2 system for the slopes a = ∂w/∂i, b = ∂w/∂j; then w at the centre pixel.
+    const F inverse_n = F(1.0f) / max(n, F(1.0f));
+    const F mi = si * inverse_n, mj = sj * inverse_n, mw = sw * inverse_n;
+    const F cii = sii - si * mi, cij = sij - si * mj, cjj = sjj - sj * mj;
+    const F ciw = siw - si * mw, cjw = sjw - sj * mw;
+    const F determinant = cii * cjj - cij * cij;
+    const auto valid = inside && n >= F(4.0f) && determinant > F(0.5f);
+    const F inverse = F(1.0f) / select(valid, determinant, F(1.0f));
+    const F a = (ciw * cjj - cjw * cij) * inverse;
+    const F b = (cjw * cii - ciw * cij) * inverse;
+    const F c = mw - a * mi - b * mj + 1.0f;  // centre/z at the centre pixel, of the fitted plane
+
+    // centre/z = a (u − u₀) + b (v − v₀) + c with u = fx·(x/z) + cx: the normal is the gradient in (x/z, y/z, 1).
+    const F u0 = Lane<F>::index() + static_cast<float>(x);
+    const float v0 = static_cast<float>(y);
+    const Vec3<F> normal = {a * camera.fx, b * camera.fy,
+                            a * (F(camera.cx) - u0) + b * F(camera.cy - v0) + c};
+    const Vec3<F> ray = camera.back_project(u0, F(v0), F(1.0f));
+    store_normal<F>(normals, x, y, orient_to_camera(normal, ray), valid);
+  }
+};
+
+// Integral-image normals: Holzer, Rusu, Dixon, Gedikli, Navab, "Adaptive neighborhood selection for real-time surface
+// normal estimation from organized point cloud data using integral images", IROS 2012, the variant that averages 3D
+// gradients. The sums are kept in 32-bit integers that may wrap: differences of four corners are exact all the same as
+// long as a window's own sum fits, so there is none of the rounding that float integral images suffer from.
+
+constexpr float kIntegralUnitsPerMetre = 16384.0f;  // 61 µm; a 31×31 window at 8 m sums to 1.3e8
+
+/// What the integral images sum: the point's coordinates in 1/16384 m, and whether the pixel ends its surface (no
+/// reading, or a depth step to the right or below that is larger than `edge_fraction` of the depth).
+struct IntegralInput {
+  PlaneView<const float> depth;
+  Pinhole camera;
+  float edge_fraction;
+  PlaneView<std::int32_t> x, y, z, edges;
+
+  template <class F>
+  PL_HD void operator()(int px, int py) const {
+    const F d = load<F>(depth.row(py) + px);
+    const auto inside = inside_row<F>(px, depth.width);
+    const F right = load<F>(depth.row(py) + px + 1);
+    const F below = load<F>(depth.row(py + 1 < depth.height ? py + 1 : py) + px);
+    const F step = d * edge_fraction;
+    const auto last_column = Lane<F>::index() >= F(static_cast<float>(depth.width - 1 - px));
+    const auto smooth = d > F(0.0f) && (last_column || abs(right - d) <= step) && abs(below - d) <= step;
+    const Vec3<F> p =
+        camera.back_project(Lane<F>::index() + static_cast<float>(px), F(static_cast<float>(py)), d);
+    const F zero(0.0f);
+    store_int(x.row(py) + px, to_int(floor(select(inside, p.x * kIntegralUnitsPerMetre + 0.5f, zero))));
+    store_int(y.row(py) + px, to_int(floor(select(inside, p.y * kIntegralUnitsPerMetre + 0.5f, zero))));
+    store_int(z.row(py) + px, to_int(floor(select(inside, p.z * kIntegralUnitsPerMetre + 0.5f, zero))));
+    store_int(edges.row(py) + px, to_int(select(inside && !smooth, F(1.0f), zero)));
+  }
+};
+
+/// Sum over the window [x0, x1) × [y0, y1) of an inclusive integral image; the coordinates are per lane.
+template <class F>
+PL_HD F window_sum(const PlaneView<const std::int32_t>& integral, const Int<F>& x0, const Int<F>& y0, const Int<F>& x1,
+                   const Int<F>& y1) {
+  // The corners are those just before the window: column −1 lies in the padding (zero); row −1 is handled by a mask.
+  const Int<F> stride(integral.stride);
+  const Int<F> top = max_int(y0 - Int<F>(1), Int<F>(0)) * stride;
+  const Int<F> bottom = (y1 - Int<F>(1)) * stride;
+  const Int<F> left = x0 - Int<F>(1), right = x1 - Int<F>(1);
+  const Int<F> lower = gather_int(integral.data, bottom + right) - gather_int(integral.data, bottom + left);
+  const Int<F> upper = gather_int(integral.data, top + right) - gather_int(integral.data, top + left);
+  return to_float(lower - select_int(to_float(y0) > F(0.0f), upper, Int<F>(0)));
+}
+
+/// Normals from the integral images: the cross product of the mean horizontal and vertical differences over a window
+/// whose size grows with depth and shrinks until it holds no surface edge.
+struct IntegralNormals {
+  PlaneView<const float> depth;
+  PlaneView<const std::int32_t> x, y, z, edges;
+  NormalPlanes normals;
+  Pinhole camera;
+  float radius_per_metre;  ///< window half-size in pixels per metre of depth
+  int max_radius;
+
+  template <class F>
+  PL_HD Vec3<F> window_point(const Int<F>& x0, const Int<F>& y0, const Int<F>& x1, const Int<F>& y1) const {
+    return {window_sum<F>(x, x0, y0, x1, y1), window_sum<F>(y, x0, y0, x1, y1), window_sum<F>(z, x0, y0, x1, y1)};
+  }
+
+  template <class F>
+  PL_HD void operator()(int px, int py) const {
+    const F d = load<F>(depth.row(py) + px);
+    const Int<F> u = Lane<F>::int_index() + Int<F>(px);
+    const Int<F> v(py);
+    const F to_border = min(min(to_float(u), F(static_cast<float>(depth.width - 1)) - to_float(u)),
+                            F(static_cast<float>(py < depth.height - 1 - py ? py : depth.height - 1 - py)));
+    const auto inside = inside_row<F>(px, depth.width) && d > F(0.0f) && to_border >= F(1.0f);
+    F radius = min(min(max(floor(d * radius_per_metre), F(2.0f)), F(static_cast<float>(max_radius))), to_border);
+    radius = select(inside, radius, F(1.0f));
+
+    const Int<F> safe_u = select_int(inside, u, Int<F>(1)), safe_v = select_int(inside, v, Int<F>(1));
+    auto clear = inside && !inside;
+    for (int attempt = 0; attempt < max_radius; ++attempt) {
+      const Int<F> r = to_int(radius);
+      const F count = window_sum<F>(edges, safe_u - r, safe_v - r, safe_u + r + Int<F>(1), safe_v + r + Int<F>(1));
+      clear = clear || (inside && count < F(0.5f));
+      if (all(clear || !inside || radius <= F(1.0f))) break;
+      radius = select(clear, radius, max(radius - 1.0f, F(1.0f)));
+    }
+
+    const Int<F> r = to_int(radius), one(1);
+    const Int<F> x0 = safe_u - r, x1 = safe_u + r + one, y0 = safe_v - r, y1 = safe_v + r + one;
+    const Vec3<F> horizontal = window_point<F>(safe_u + one, y0, x1, y1) - window_point<F>(x0, y0, safe_u, y1);
+    const Vec3<F> vertical = window_point<F>(x0, safe_v + one, x1, y1) - window_point<F>(x0, y0, x1, safe_v);
+    // Scaled so that the product of two sums stays far from overflow in single precision.
+    const Vec3<F> n = cross(horizontal * 1e-4f, vertical * 1e-4f);
+    const Vec3<F> ray = camera.back_project(to_float(u), F(static_cast<float>(py)), F(1.0f));
+    store_normal<F>(normals, px, py, orient_to_camera(n, ray), clear && dot(n, n) > F(1e-12f));
+  }
+};
+
+}  // namespace plumbline::kernels

@@ -1,0 +1,61 @@
+// From frames to trajectory and model: the whole of KinectFusion in the paper's order.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/parameters.h"
+#include "core/pinhole.h"
+#include "tracking/tracker.h"
+
+namespace plumbline {
+
+class Backend;
+
+/// Wall time of the stages of one frame, milliseconds.
+struct StageTimes {
+  double preprocess = 0, track = 0, integrate = 0, raycast = 0;
+  double total() const { return preprocess + track + integrate + raycast; }
+};
+
+/// What became of one frame.
+struct FrameReport {
+  int index = 0;
+  Nanoseconds time = 0;
+  TrackingResult tracking;  ///< status, reason, iterations, inliers, residuals
+  SE3 world_from_camera;    ///< the estimate; for a lost frame the last pose that was believed
+  StageTimes milliseconds;
+};
+
+/// One reconstruction. Not thread-safe; several may live side by side.
+class Pipeline {
+ public:
+  /// `backend` must outlive the pipeline. The world frame is the first camera's, unless `initial_pose`
+  /// (world_from_camera of the first frame) says otherwise. Memory for the volume is asked for here, once.
+  /// Throws Error for parameters that contradict each other, std::bad_alloc if the volume does not fit.
+  Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend,
+           const SE3& initial_pose = SE3(), bool with_color = false);
+  ~Pipeline();
+
+  /// Tracks, fuses and predicts. Never throws for a frame that cannot be tracked: that is a status in the report, the
+  /// frame is not fused and the model is kept. Throws Error if the frame's size is not the camera's.
+  /// If `pixel_use` is given, it gets why each pixel was or was not used at full resolution, at the final estimate
+  /// (values of `kernels::PixelUse`); it stays empty for a frame that was not registered.
+  FrameReport process(const Frame& frame, Image<std::uint8_t>* pixel_use = nullptr);
+
+  /// The surface so far, world frame, metres.
+  Mesh extract_mesh() const;
+
+  /// Pose and extent of the volume; the pose is set with the first frame.
+  SE3 world_from_volume() const;
+  double volume_side() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace plumbline

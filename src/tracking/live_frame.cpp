@@ -1,0 +1,100 @@
+#include "tracking/live_frame.h"
+
+#include <algorithm>
+#include <string>
+
+#include "core/error.h"
+
+namespace plumbline {
+namespace {
+
+// Window of the integral-image normals: 3 px half-size at 1 m, growing with depth as the noise does.
+constexpr float kIntegralRadiusPerMetre = 3.0f;
+constexpr int kIntegralMaxRadius = 15;
+
+std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+}  // namespace
+
+LiveFrame::LiveFrame(const Pinhole& camera, const PreprocessParameters& parameters, int levels,
+                     const Backend& backend, bool with_color)
+    : backend_(&backend), parameters_(parameters), pyramid_(make_pyramid(camera, levels, backend)) {
+  const auto allocate = [&](std::size_t bytes) { return backend.allocate(bytes); };
+  readings_ = {camera.width, camera.height, allocate};
+  raw_depth_ = {camera.width, camera.height, allocate};
+  if (with_color) color_ = {camera.width, camera.height, allocate};
+  if (parameters.normals == NormalMethod::integral) {
+    for (Plane<std::int32_t>* plane : {&integral_x_, &integral_y_, &integral_z_, &integral_edges_})
+      *plane = {camera.width, camera.height, allocate};
+  }
+}
+
+void LiveFrame::prepare(const Frame& frame) {
+  if (frame.depth.width != raw_depth_.width() || frame.depth.height != raw_depth_.height())
+    throw Error("the depth image is " + size_text(frame.depth.width, frame.depth.height) + " but the camera is " +
+                    size_text(raw_depth_.width(), raw_depth_.height()),
+                "frame " + std::to_string(frame.index), "all frames of a sequence must have one size");
+  has_depth_ = std::any_of(frame.depth.pixels.begin(), frame.depth.pixels.end(), [](auto z) { return z != 0; });
+  upload(*backend_, frame.depth, readings_);
+  backend_->run(kernels::ToMetres{read_only(readings_), raw_depth_.view(), static_cast<float>(1 / frame.depth_scale),
+                                  static_cast<float>(parameters_.min_depth), static_cast<float>(parameters_.max_depth)});
+  has_color_ = !color_.empty() && !frame.color.empty();
+  if (has_color_) upload_color(frame.color);
+
+  const double sigma_space = parameters_.bilateral_sigma_space, sigma_range = parameters_.bilateral_sigma_range;
+  DepthLevel& finest = pyramid_.front();
+  if (parameters_.bilateral) {
+    backend_->run(kernels::BilateralFilter{read_only(raw_depth_), finest.depth.view(), parameters_.bilateral_radius,
+                                           static_cast<float>(0.5 / (sigma_space * sigma_space)),
+                                           static_cast<float>(0.5 / (sigma_range * sigma_range))});
+  } else {
+    backend_->run(kernels::ToMetres{read_only(readings_), finest.depth.view(), static_cast<float>(1 / frame.depth_scale),
+                                    static_cast<float>(parameters_.min_depth),
+                                    static_cast<float>(parameters_.max_depth)});
+  }
+  for (std::size_t level = 1; level < pyramid_.size(); ++level) {
+    backend_->run(kernels::DecimateDepth{read_only(pyramid_[level - 1].depth), pyramid_[level].depth.view(),
+                                         static_cast<float>(parameters_.decimation_range)});
+  }
+  for (DepthLevel& level : pyramid_) estimate_normals(level);
+}
+
+void LiveFrame::estimate_normals(DepthLevel& level) {
+  const PlaneView<const float> depth = read_only(level.depth);
+  const auto gate = static_cast<float>(parameters_.normal_depth_gate);
+  if (parameters_.normals == NormalMethod::plane)
+    return backend_->run(
+        kernels::PlaneNormals{depth, level.normals(), level.camera, parameters_.normal_radius, gate});
+
+  // The integral planes are made for the finest level; a coarser one uses their upper left part.
+  const auto part = [&](const Plane<std::int32_t>& plane) {
+    PlaneView<std::int32_t> view = plane.view();
+    view.width = depth.width;
+    view.height = depth.height;
+    return view;
+  };
+  const PlaneView<std::int32_t> planes[4] = {part(integral_x_), part(integral_y_), part(integral_z_),
+                                             part(integral_edges_)};
+  backend_->run(kernels::IntegralInput{depth, level.camera, gate, planes[0], planes[1], planes[2], planes[3]});
+  for (const PlaneView<std::int32_t>& plane : planes) backend_->integral_image(plane);
+  const auto constant = [](const PlaneView<std::int32_t>& view) {
+    return PlaneView<const std::int32_t>{view.data, view.width, view.height, view.stride};
+  };
+  const float scale = static_cast<float>(depth.width) / static_cast<float>(pyramid_.front().camera.width);
+  backend_->run(kernels::IntegralNormals{depth, constant(planes[0]), constant(planes[1]), constant(planes[2]),
+                                         constant(planes[3]), level.normals(), level.camera,
+                                         kIntegralRadiusPerMetre * scale, kIntegralMaxRadius});
+}
+
+void LiveFrame::upload_color(const ColorImage& color) {
+  if (color.width != color_.width() || color.height != color_.height())
+    throw Error("the colour image is " + size_text(color.width, color.height) + " but the depth image is " +
+                    size_text(color_.width(), color_.height()),
+                "colour", "register the colour images to the depth images, or leave them out with --no-color");
+  Image<std::int32_t> packed(color.width, color.height);
+  for (std::size_t i = 0; i < packed.pixels.size(); ++i)
+    packed.pixels[i] = color.pixels[3 * i] | color.pixels[3 * i + 1] << 8 | color.pixels[3 * i + 2] << 16;
+  upload(*backend_, packed, color_);
+}
+
+}  // namespace plumbline

@@ -1,0 +1,39 @@
+// A frame on its way into the tracker: metres, smoothing, pyramid, normals. METHOD.md §1, "depth filter" to "normals".
+#pragma once
+
+#include "backend/maps.h"
+#include "core/frame.h"
+#include "core/parameters.h"
+
+namespace plumbline {
+
+/// The buffers of the current frame in a backend's memory, made once and used for every frame.
+class LiveFrame {
+ public:
+  LiveFrame(const Pinhole& camera, const PreprocessParameters& parameters, int levels, const Backend& backend,
+            bool with_color);
+
+  /// Uploads a frame and prepares it. Throws Error if its images are not of the camera's size.
+  void prepare(const Frame& frame);
+
+  const DepthPyramid& pyramid() const { return pyramid_; }  ///< smoothed depth and normals, for tracking
+  const Plane<float>& raw_depth() const { return raw_depth_; }  ///< metres as measured, for fusion
+  /// 0x00BBGGRR a pixel; empty when the frame has no colour.
+  const Plane<std::int32_t>* color() const { return has_color_ ? &color_ : nullptr; }
+  bool has_depth() const { return has_depth_; }
+
+ private:
+  void upload_color(const ColorImage& color);
+  void estimate_normals(DepthLevel& level);
+
+  const Backend* backend_;
+  PreprocessParameters parameters_;
+  Plane<std::uint16_t> readings_;
+  Plane<float> raw_depth_;
+  Plane<std::int32_t> color_;
+  Plane<std::int32_t> integral_x_, integral_y_, integral_z_, integral_edges_;
+  DepthPyramid pyramid_;
+  bool has_color_ = false, has_depth_ = false;
+};
+
+}  // namespace plumbline

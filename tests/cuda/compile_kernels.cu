@@ -1,0 +1,56 @@
+// Compiled, never run: every kernel with a `float` lane on a GPU's thread. It keeps the kernels fit for the CUDA backend
+// on machines that have nvcc but no GPU.
+#include "kernels/icp.h"
+#include "kernels/integrate.h"
+#include "kernels/marching_cubes.h"
+#include "kernels/preprocess.h"
+#include "kernels/raycast.h"
+
+namespace plumbline::kernels {
+
+/// One thread's share of a reduction, without the block's fold.
+struct ThreadSums {
+  float slots[icp_sum::kCount];
+  std::int32_t* histogram;
+
+  PL_HD void add(int slot, float value) { slots[slot] += value; }
+  PL_HD void add_product(int slot, float a, float b) { slots[slot] = madd(a, b, slots[slot]); }
+  PL_HD void count(std::int32_t bin) { ++histogram[bin]; }
+};
+
+template <class Kernel>
+__global__ void pixels(Kernel kernel) {
+  kernel.template operator()<float>(static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x),
+                                    static_cast<int>(blockIdx.y));
+}
+
+__global__ void sums(IcpReduce kernel, ThreadSums* out) {
+  kernel.operator()<float>(static_cast<int>(threadIdx.x), static_cast<int>(blockIdx.x), *out);
+}
+
+__global__ void bricks(Integrate kernel) {
+  const int brick = static_cast<int>(blockIdx.x), offset = static_cast<int>(threadIdx.x);
+  if (kernel.is_near_surface<float>(brick, offset)) kernel.update<float>(brick, offset);
+}
+
+template <class Kernel>
+__global__ void entries(Kernel kernel) {
+  kernel(static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x));
+}
+
+template __global__ void pixels<ToMetres>(ToMetres);
+template __global__ void pixels<BilateralFilter>(BilateralFilter);
+template __global__ void pixels<DecimateDepth>(DecimateDepth);
+template __global__ void pixels<PlaneNormals>(PlaneNormals);
+template __global__ void pixels<IntegralInput>(IntegralInput);
+template __global__ void pixels<IntegralNormals>(IntegralNormals);
+template __global__ void pixels<ExplainPixels>(ExplainPixels);
+template __global__ void pixels<DepthRangeBase>(DepthRangeBase);
+template __global__ void pixels<DepthRangeCoarser>(DepthRangeCoarser);
+template __global__ void pixels<MarkBricks>(MarkBricks);
+template __global__ void pixels<Raycast>(Raycast);
+template __global__ void pixels<DecimateModel>(DecimateModel);
+template __global__ void entries<CountBrick>(CountBrick);
+template __global__ void entries<WriteBrick>(WriteBrick);
+
+}  // namespace plumbline::kernels

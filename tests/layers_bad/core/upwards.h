@@ -1,0 +1,1 @@
+#include "io/upwards.h"  // the layer check must find this

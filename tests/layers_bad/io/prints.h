@@ -1,0 +1,1 @@
+inline void speak() { std::cout << "the layer check must find this"; }

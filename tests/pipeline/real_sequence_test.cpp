@@ -1,0 +1,77 @@
+// Real sequences over all their frames. The figures are bounds for CI; the measured ones stand in docs/results.md.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "eval/statistics.h"
+#include "eval/surface_error.h"
+#include "eval/trajectory_error.h"
+#include "io/sequence.h"
+#include "io/trajectory.h"
+#include "pipeline/runs.h"
+#include "support/data.h"
+
+namespace plumbline {
+namespace {
+
+test::Run run(const Sequence& sequence, const Parameters& parameters, const SE3& initial_pose = SE3()) {
+  return test::run_pipeline(
+      parameters, sequence.info().camera, sequence.size(), [&](int i) { return sequence.read(i); }, 0, initial_pose);
+}
+
+double ate(const Sequence& sequence, const test::Run& result) {
+  return eval::absolute_trajectory_error(read_trajectory(sequence.info().groundtruth), result.trajectory)
+      .translation.rmse;
+}
+
+TEST(RealSequence, Freiburg1XyzIsTrackedWhole) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_xyz");
+  const auto sequence = open_sequence(folder.string(), {});
+  const test::Run result = run(*sequence, Parameters());
+  EXPECT_EQ(result.lost, 0);
+  EXPECT_EQ(result.trajectory.size(), 798u);
+  EXPECT_LE(ate(*sequence, result), 0.022);
+  EXPECT_GT(result.mesh.triangles.size(), 100000u);
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  EXPECT_LE(usage.ru_maxrss / 1024, 700) << "peak memory in MiB";
+}
+
+TEST(RealSequence, Freiburg1RpyHeadFromInsideALargeVolume) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_rpy_head");
+  const auto sequence = open_sequence(folder.string(), {});
+  Parameters parameters;
+  parameters.volume.side = 6;
+  parameters.volume.offset = -0.4;
+  const test::Run result = run(*sequence, parameters);
+  EXPECT_LE(result.lost, 12) << "frames 39 to 56 look at almost nothing";
+  EXPECT_LE(ate(*sequence, result), 0.09);
+}
+
+TEST(RealSequence, IclOfficeTrajectoryAndSurface) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "icl_nuim/office_kt3");
+  const auto sequence = open_sequence(folder.string(), {});
+  const Trajectory truth = read_trajectory(sequence->info().groundtruth);
+  const auto pose_at = [&](Nanoseconds time) {
+    for (const StampedPose& pose : truth) {
+      if (pose.time == time) return pose.world_from_camera;
+    }
+    ADD_FAILURE() << "no exact pose at " << time;
+    return SE3();
+  };
+  const test::Run result = run(*sequence, Parameters(), pose_at(sequence->time(0)));
+  EXPECT_EQ(result.lost, 0);
+  EXPECT_LE(ate(*sequence, result), 0.010);
+
+  eval::PointCloud reference;
+  for (int i = 0; i < sequence->size(); i += 5) {
+    const Frame frame = sequence->read(i);
+    const auto points = eval::back_project(frame, sequence->info().camera, pose_at(frame.time), 2);
+    reference.insert(reference.end(), points.begin(), points.end());
+  }
+  const eval::Statistics error = eval::statistics(eval::distances_to_points(result.mesh.positions, reference));
+  EXPECT_LE(error.mean, 0.008);
+  RecordProperty("mean_surface_distance_mm", std::to_string(1e3 * error.mean));
+}
+
+}  // namespace
+}  // namespace plumbline

@@ -1,0 +1,24 @@
+// Where the real sequences are; tests that need them skip with a message where they are missing.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+namespace plumbline::test {
+
+/// $PLUMBLINE_DATA, or ../shared/data beside the checkout.
+inline std::filesystem::path data_root() {
+  if (const char* root = std::getenv("PLUMBLINE_DATA")) return root;
+  return std::filesystem::path(PLUMBLINE_SOURCE_DIR) / ".." / "shared" / "data";
+}
+
+/// A folder or file of the data set, or a skipped test.
+#define PLUMBLINE_DATA_OR_SKIP(variable, relative)                                                       \
+  const std::filesystem::path variable = plumbline::test::data_root() / (relative);                      \
+  if (!std::filesystem::exists(variable)) GTEST_SKIP() << "no test data at " << variable                 \
+                                                       << "; set PLUMBLINE_DATA to the folder that has it"
+
+}  // namespace plumbline::test
