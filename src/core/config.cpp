@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -22,14 +23,15 @@ namespace {
 
 constexpr int kMaxLevels = 7;  // a 640×480 image is 10×7 at level 6; nothing is left to register beyond
 
+constexpr const char* kPoseAdvice = "Give [tx, ty, tz, qx, qy, qz, qw], metres and a unit quaternion.";
+
 template <class T>
-constexpr bool kIsList = std::is_same_v<T, std::vector<int>>;
+constexpr bool kIsList = std::is_same_v<T, std::vector<int>> || std::is_same_v<T, std::vector<double>>;
 
 // ---- Text of values, ranges and choices ----
 
 std::string value_text(bool value) { return value ? "true" : "false"; }
 std::string value_text(int value) { return std::to_string(value); }
-std::string value_text(const std::vector<int>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
 
 /// The shortest decimal that reads back to the same double; always with a point or exponent, so that TOML keeps it
 /// real.
@@ -37,6 +39,13 @@ std::string value_text(double value) {
   std::string text = fmt::format("{}", value);
   if (text.find_first_not_of("-0123456789") == std::string::npos) text += ".0";
   return text;
+}
+
+template <class T>
+std::string value_text(const std::vector<T>& value) {
+  std::string text;
+  for (const T& item : value) text += (text.empty() ? "" : ", ") + value_text(item);
+  return "[" + text + "]";
 }
 
 template <class E>
@@ -59,7 +68,10 @@ std::string permitted(const Range& range) {
   if constexpr (std::is_same_v<T, bool>) return "true or false";
   if constexpr (std::is_same_v<T, int>) return "a whole number" + limits;
   if constexpr (std::is_same_v<T, double>) return "a number" + limits;
-  if constexpr (kIsList<T>) return "a list of whole numbers like [4, 5, 10], each " + range_text(range);
+  if constexpr (std::is_same_v<T, std::vector<int>>)
+    return "a list of whole numbers like [4, 5, 10], each " + range_text(range);
+  if constexpr (std::is_same_v<T, std::vector<double>>)
+    return "a list of numbers like [0.5, 0, 1.2], each " + range_text(range);
   if constexpr (std::is_enum_v<T>) return fmt::format("one of: {}", fmt::join(names(T{}), ", "));
 }
 
@@ -86,10 +98,11 @@ bool read_value(const toml::node& node, double* value) {
   return true;
 }
 
-bool read_value(const toml::node& node, std::vector<int>* value) {
+template <class T>
+bool read_value(const toml::node& node, std::vector<T>* value) {
   const toml::array* array = node.as_array();
   if (array == nullptr) return false;
-  std::vector<int> list(array->size());
+  std::vector<T> list(array->size());
   for (std::size_t i = 0; i < list.size(); ++i)
     if (!read_value((*array)[i], &list[i])) return false;
   *value = std::move(list);
@@ -113,7 +126,7 @@ bool in_range(double value, const Range& range) { return value >= range.low && v
 template <class T>
 bool value_in_range(const T& value, const Range& range) {
   if constexpr (kIsList<T>) {
-    return std::all_of(value.begin(), value.end(), [&](int v) { return in_range(v, range); });
+    return std::all_of(value.begin(), value.end(), [&](auto v) { return in_range(v, range); });
   } else if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) {
     return in_range(static_cast<double>(value), range);
   } else {
@@ -348,6 +361,10 @@ void validate(const Parameters& parameters) {
   if (volume.truncation > volume.side / 2)
     throw Error(fmt::format("{:g} m is more than half of the volume's side", volume.truncation), "volume.truncation",
                 "Make it smaller, or volume.side larger.");
+  const std::vector<double>& pose = volume.pose;
+  if (pose.size() != 7) throw Error(fmt::format("{} numbers are no pose", pose.size()), "volume.pose", kPoseAdvice);
+  if (std::abs(Eigen::Vector4d(pose[3], pose[4], pose[5], pose[6]).norm() - 1) > 0.01)
+    throw Error("the last four numbers are no unit quaternion", "volume.pose", kPoseAdvice);
 }
 
 }  // namespace plumbline

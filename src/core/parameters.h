@@ -21,8 +21,8 @@ struct Range {
 enum class NormalMethod { plane, integral };
 constexpr auto names(NormalMethod) { return std::array<std::string_view, 2>{"plane", "integral"}; }
 
-enum class VolumePlacement { front, fit };
-constexpr auto names(VolumePlacement) { return std::array<std::string_view, 2>{"front", "fit"}; }
+enum class VolumePlacement { front, fit, given };
+constexpr auto names(VolumePlacement) { return std::array<std::string_view, 3>{"front", "fit", "given"}; }
 
 struct PreprocessParameters {
   double min_depth = 0.3;
@@ -56,6 +56,7 @@ struct VolumeParameters {
   double side = 3.0;
   VolumePlacement placement = VolumePlacement::front;
   double offset = -0.1;
+  std::vector<double> pose = {0, 0, 0, 0, 0, 0, 1};
   double truncation = 0.03;
   int max_weight = 128;
   bool color = true;
@@ -120,9 +121,13 @@ void volume_fields(P& p, Visitor&& v) {
   v("resolution", p.resolution, "voxels", "voxels along each side; rounded up to a multiple of 8", Range{8, 1024});
   v("side", p.side, "m", "length of each side", Range{0.01, 1000});
   v("placement", p.placement, "",
-    "front: centred on the first camera's axis, offset*side in front of it; fit: around the first frame's points", Range{});
+    "front: centred on the first camera's axis, offset*side in front of it; fit: around the first frame's points, "
+    "at most side; given: by pose",
+    Range{});
   v("offset", p.offset, "side",
     "front face in front of the first camera; negative: the camera stands inside the volume", Range{-2, 2});
+  v("pose", p.pose, "m", "placement given: the volume's lowest corner in the world, [tx, ty, tz, qx, qy, qz, qw]",
+    Range{-1e6, 1e6});
   v("truncation", p.truncation, "m", "truncation distance of the signed distance", Range{1e-4, 10});
   v("max_weight", p.max_weight, "", "cap of the running average's weight", Range{1, 65535});
   v("color", p.color, "", "fuse colour where the sequence has it (4 more bytes a voxel)", Range{});

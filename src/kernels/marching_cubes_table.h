@@ -61,7 +61,7 @@ constexpr std::array<int, kCellEdges> outline(int inside) {
       if (is_inside(i) || !is_inside(i + 1)) continue;  // a run of inside corners starts at i + 1
       int last = i + 1;
       while (is_inside(last + 1)) ++last;
-      next[static_cast<std::size_t>(edge_after(last))] = edge_after(i);
+      next[static_cast<std::size_t>(edge_after(i))] = edge_after(last);
     }
   }
   return next;

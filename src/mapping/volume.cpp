@@ -65,6 +65,10 @@ VolumePlacementResult place_volume(const VolumeParameters& parameters, const Pin
                                    const SE3& world_from_camera, const Image<float>& depth) {
   if (parameters.placement == VolumePlacement::fit) return fit_volume(parameters, camera, world_from_camera, depth);
   const double side = parameters.side;
+  if (parameters.placement == VolumePlacement::given) {
+    const std::vector<double>& p = parameters.pose;  // seven values: core/config.cpp checks
+    return {SE3(Eigen::Quaterniond(p.at(6), p.at(3), p.at(4), p.at(5)), {p.at(0), p.at(1), p.at(2)}), side};
+  }
   const SE3 camera_from_volume(Eigen::Matrix3d::Identity(), {-0.5 * side, -0.5 * side, parameters.offset * side});
   return {world_from_camera * camera_from_volume, side};
 }

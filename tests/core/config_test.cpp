@@ -97,6 +97,9 @@ struct Shuffler {
   void operator()(std::string_view, std::vector<int>& value, std::string_view, std::string_view, Range range) {
     value = {static_cast<int>(draw(range)), 0, 1};
   }
+  void operator()(std::string_view, std::vector<double>& value, std::string_view, std::string_view, Range range) {
+    value = {draw(range), 0, 1.5};
+  }
   template <class E>
   void operator()(std::string_view, E& value, std::string_view, std::string_view, Range) {
     value = static_cast<E>(names(E{}).size() - 1 - static_cast<std::size_t>(value));
@@ -225,6 +228,16 @@ TEST(Validate, ContradictionsAreNamed) {
   EXPECT_THAT(contradiction("[tracking]\nfinest_level = 5\n"), HasSubstr("Levels 0 to 6"));
   EXPECT_THAT(contradiction("[volume]\nside = 100.0\n"), HasSubstr("less than one voxel"));
   EXPECT_THAT(contradiction("[volume]\ntruncation = 2.0\n"), HasSubstr("half"));
+  EXPECT_THAT(contradiction("[volume]\npose = [0, 0, 0]\n"), HasSubstr("volume.pose"));
+  EXPECT_THAT(contradiction("[volume]\npose = [0, 0, 0, 1, 1, 0, 0]\n"), HasSubstr("unit quaternion"));
+}
+
+TEST(Validate, AGivenVolumePoseIsAccepted) {
+  Parameters p;
+  apply_setting("volume.placement=given", &p);
+  apply_setting("volume.pose=[0, -1.5, 0, 0, 0.6, 0, 0.8]", &p);
+  EXPECT_NO_THROW(validate(p));
+  EXPECT_EQ(p.volume.pose[1], -1.5);
 }
 
 TEST(Validate, ValuesSetInCodeAreCheckedToo) {
