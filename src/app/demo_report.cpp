@@ -74,7 +74,7 @@ using Curve = std::vector<std::pair<double, double>>;
 
 /// A line over the frame's index, from zero to the largest value.
 std::string plot(const std::string& title, const std::string& unit, const Curve& curve) {
-  constexpr double kWidth = 860, kHeight = 200, kLeft = 56, kTop = 26, kBottom = 24;
+  constexpr double kWidth = 860, kHeight = 200, kLeft = 84, kTop = 38, kBottom = 24;
   double last = 1, top = 0;
   for (const auto& [x, y] : curve) {
     last = std::max(last, x);
@@ -88,7 +88,7 @@ std::string plot(const std::string& title, const std::string& unit, const Curve&
   return fmt::format(
       R"(<svg viewBox="0 0 {w} {h}" role="img" aria-label="{title}">
 <text x="0" y="14">{title}</text>
-<text x="{axis}" y="{yt}" text-anchor="end">{top:.3g} {unit}</text><text x="{axis}" y="{yb}" text-anchor="end">0</text>
+<text x="{axis}" y="{yt}" dy="4" text-anchor="end">{top:.3g} {unit}</text><text x="{axis}" y="{yb}" dy="4" text-anchor="end">0</text>
 <text x="{left}" y="{h}" dy="-6">frame 0</text><text x="{w}" y="{h}" dy="-6" text-anchor="end">{last:.0f}</text>
 <path d="M{left} {yb}H{w}M{left} {yt}H{w}" stroke="currentColor" stroke-opacity=".25" fill="none"/>
 <polyline points="{points}" fill="none" stroke="#2a78c4" stroke-width="1.5"/>

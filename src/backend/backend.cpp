@@ -42,14 +42,14 @@ std::unique_ptr<Backend> make_backend(const std::string& name, int threads) {
   std::string known;
   for (const BackendInfo& backend : list_backends()) {
     known += (known.empty() ? "" : ", ") + backend.name;
-    if (backend.name == name) throw Error("this backend is not available: " + backend.description, "--backend " + name, "use --backend auto");
+    if (backend.name == name)
+      throw Error("this backend is not available: " + backend.description, "--backend " + name, "use --backend auto");
   }
   throw Error("there is no such backend", "--backend " + name, "choose auto or one of: " + known);
 }
 
 std::vector<BackendInfo> list_backends() {
-  return {{"cpu", true, cpu_description()},
-          {"cuda", false, "this program was built without the CUDA backend"}};
+  return {{"cpu", true, cpu_description()}, {"cuda", false, "this program was built without the CUDA backend"}};
 }
 
 }  // namespace plumbline

@@ -94,8 +94,8 @@ struct BackendInfo {
   std::string description;  ///< what it is, or why it is not available
 };
 
-/// "auto" (the fastest there is), "cpu", or "cuda". `threads` of 0 takes all of the machine's; other backends ignore it.
-/// Throws Error for a name that is unknown or not available here.
+/// "auto" (the fastest there is), "cpu", or "cuda". `threads` of 0 takes all of the machine's; other backends ignore
+/// it. Throws Error for a name that is unknown or not available here.
 std::unique_ptr<Backend> make_backend(const std::string& name = "auto", int threads = 0);
 std::vector<BackendInfo> list_backends();
 

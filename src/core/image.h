@@ -46,7 +46,9 @@ class Plane {
   int width() const { return width_; }
   int height() const { return height_; }
   bool empty() const { return buffer_ == nullptr; }
-  std::size_t bytes() const { return sizeof(T) * static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height_); }
+  std::size_t bytes() const {
+    return sizeof(T) * static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height_);
+  }
   void* storage() const { return buffer_.get(); }
 
  private:
@@ -62,7 +64,9 @@ struct Image {
 
   Image() = default;
   Image(int w, int h, int c = 1)
-      : width(w), height(h), channels(c),
+      : width(w),
+        height(h),
+        channels(c),
         pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(c)) {}
 
   bool empty() const { return pixels.empty(); }

@@ -141,7 +141,8 @@ void raycast_fields(P& p, Visitor&& v) {
 
 template <class P, class Visitor>
 void mesh_fields(P& p, Visitor&& v) {
-  v("min_weight", p.min_weight, "", "cells with a voxel seen fewer times give no surface (never more than the frames fused)", Range{1, 65535});
+  v("min_weight", p.min_weight, "",
+    "cells with a voxel seen fewer times give no surface (never more than the frames fused)", Range{1, 65535});
 }
 
 /// Calls `v(name, member, unit, help, Range)` for each field, between `v.group(name)` calls.

@@ -8,8 +8,8 @@
 namespace plumbline {
 namespace {
 
-constexpr std::array<std::int64_t, 10> kPowersOfTen = {1,         10,         100,         1'000,        10'000,
-                                                       100'000,   1'000'000,  10'000'000,  100'000'000,  1'000'000'000};
+constexpr std::array<std::int64_t, 10> kPowersOfTen = {1,       10,        100,        1'000,       10'000,
+                                                       100'000, 1'000'000, 10'000'000, 100'000'000, 1'000'000'000};
 constexpr std::int64_t kMaxSeconds = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerSecond - 1;
 
 std::optional<std::int64_t> parse_integer(std::string_view digits) {

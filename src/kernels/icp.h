@@ -23,12 +23,12 @@ enum class PixelUse : std::uint8_t {
 
 /// Slots of the sums that one pass makes.
 namespace icp_sum {
-constexpr int kHessian = 0;    ///< 21 of AᵀA, upper triangle, row by row
-constexpr int kGradient = 21;  ///< 6 of Aᵀb
-constexpr int kSquares = 27;   ///< Σ r²
-constexpr int kInliers = 28;   ///< pairs used
-constexpr int kWithDepth = 29; ///< live pixels that have depth
-constexpr int kPairs = 30;     ///< pairs that enter the distance distribution
+constexpr int kHessian = 0;     ///< 21 of AᵀA, upper triangle, row by row
+constexpr int kGradient = 21;   ///< 6 of Aᵀb
+constexpr int kSquares = 27;    ///< Σ r²
+constexpr int kInliers = 28;    ///< pairs used
+constexpr int kWithDepth = 29;  ///< live pixels that have depth
+constexpr int kPairs = 30;      ///< pairs that enter the distance distribution
 constexpr int kCount = 31;
 }  // namespace icp_sum
 
@@ -40,8 +40,8 @@ struct IcpInput {
   PlaneView<const float> model_normal_x, model_normal_y, model_normal_z;
   Pinhole live_camera, model_camera;
   RigidTransform model_from_live;
-  float distance_gate;      ///< metres
-  float cos_normal_gate;    ///< cosine of the largest angle between normals
+  float distance_gate;        ///< metres
+  float cos_normal_gate;      ///< cosine of the largest angle between normals
   float band_low, band_high;  ///< distances that the median filter keeps, metres
   float bins_per_metre;
   int bins;
@@ -90,8 +90,7 @@ PL_HD IcpPair<F> associate(const IcpInput& in, int x, int y) {
   pair.residual = dot(pair.normal, difference);
   pair.distance = sqrt(dot(difference, difference));
   const auto near = has_model && pair.distance <= F(in.distance_gate);
-  const auto aligned =
-      near && dot(in.model_from_live.rotate(live_normal), pair.normal) >= F(in.cos_normal_gate);
+  const auto aligned = near && dot(in.model_from_live.rotate(live_normal), pair.normal) >= F(in.cos_normal_gate);
   pair.in_distribution = has_model;
   pair.used = aligned && pair.distance >= F(in.band_low) && pair.distance <= F(in.band_high);
 

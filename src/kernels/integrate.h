@@ -1,5 +1,5 @@
-// Fusion of a depth image into the signed distance volume: Curless and Levoy 1996, in the projective form of Newcombe et
-// al. 2011. Only bricks that the frame can change are touched.
+// Fusion of a depth image into the signed distance volume: Curless and Levoy 1996, in the projective form of Newcombe
+// et al. 2011. Only bricks that the frame can change are touched.
 #pragma once
 
 #include "core/pinhole.h"
@@ -9,7 +9,7 @@
 
 namespace plumbline::kernels {
 
-constexpr int kRangeTile = 8;         ///< pixels per side of a tile of the finest depth range
+constexpr int kRangeTile = 8;  ///< pixels per side of a tile of the finest depth range
 constexpr int kMaxRangeLevels = 14;
 constexpr float kNoRange = 1e30f;
 
@@ -117,7 +117,8 @@ struct MarkBricks {
 
  private:
   template <class F>
-  PL_HD static void bounds(const F& x, float radius, const F& near_z, const F& far_z, float f, float c, F* low, F* high) {
+  PL_HD static void bounds(const F& x, float radius, const F& near_z, const F& far_z, float f, float c, F* low,
+                           F* high) {
     const F a = (x - radius) * f, b = (x + radius) * f;
     const F least = min(a, b), most = max(a, b);  // a negative focal length swaps them
     *low = floor(min(least * near_z, least * far_z) + c + 0.5f);
@@ -132,8 +133,8 @@ struct MarkBricks {
     const F extent = max(u1 - u0, v1 - v0) + 1.0f;
     // Exponent of the next power of two ≥ extent/8; an exact power gives one level more, which is merely coarser.
     const Int<F> exponent = shift_right<23>(bits_from_float(max(extent * (1.0f / kRangeTile), F(1.0f)))) - Int<F>(126);
-    const Int<F> level = min_int(select_int(extent <= F(static_cast<float>(kRangeTile)), Int<F>(0), exponent),
-                                 Int<F>(range.levels - 1));
+    const Int<F> level =
+        min_int(select_int(extent <= F(static_cast<float>(kRangeTile)), Int<F>(0), exponent), Int<F>(range.levels - 1));
     const Int<F> shift = level + Int<F>(3);
     const Int<F> first = gather_int(range.first, level), stride = gather_int(range.stride, level);
     const F zero(0.0f);
@@ -154,8 +155,8 @@ struct MarkBricks {
 /// just got one: free space alone leaves no trace, so that rays can skip it.
 struct Integrate {
   VolumeView volume;
-  PlaneView<const float> depth;        ///< raw metres, not smoothed
-  PlaneView<const std::int32_t> color; ///< 0x00BBGGRR per pixel, null without
+  PlaneView<const float> depth;         ///< raw metres, not smoothed
+  PlaneView<const std::int32_t> color;  ///< 0x00BBGGRR per pixel, null without
   Pinhole camera;
   RigidTransform camera_from_volume;
   float max_weight;

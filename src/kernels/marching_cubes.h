@@ -18,11 +18,11 @@ constexpr int kEdgeFlagBits = 3;
 /// The bricks to mesh and where their output goes.
 struct MeshBricks {
   VolumeView volume;
-  const std::int32_t* list;       ///< brick of each entry
-  const std::int32_t* position;   ///< entry of each brick, −1 for bricks that are not listed
-  EdgeRecord* edges;              ///< kBrickVoxels per entry
+  const std::int32_t* list;                     ///< brick of each entry
+  const std::int32_t* position;                 ///< entry of each brick, −1 for bricks that are not listed
+  EdgeRecord* edges;                            ///< kBrickVoxels per entry
   std::int32_t *vertex_count, *triangle_count;  ///< per entry; after the scan the first of each
-  const CellTriangles* table;     ///< 256
+  const CellTriangles* table;                   ///< 256
   float min_weight;
 };
 
@@ -105,7 +105,8 @@ struct WriteBrick {
       }
       const CellTriangles& cell = in.table[cell_pattern(in, p)];
       for (int i = 0; i < cell.count; ++i, ++triangle) {
-        for (int k = 0; k < 3; ++k) triangles[3 * triangle + k] = vertex_of(p, cell.edges[static_cast<std::size_t>(3 * i + k)]);
+        for (int k = 0; k < 3; ++k)
+          triangles[3 * triangle + k] = vertex_of(p, cell.edges[static_cast<std::size_t>(3 * i + k)]);
       }
     }
   }
@@ -120,7 +121,8 @@ struct WriteBrick {
     const int offset = (x & 7) | (y & 7) << 3 | (z & 7) << 6;
     const int record = in.edges[static_cast<std::ptrdiff_t>(entry) * kBrickVoxels + offset];
     const int below = record & ((1 << axis) - 1);
-    return static_cast<std::uint32_t>(in.vertex_count[entry] + (record >> kEdgeFlagBits) + (below & 1) + (below >> 1 & 1));
+    return static_cast<std::uint32_t>(in.vertex_count[entry] + (record >> kEdgeFlagBits) + (below & 1) +
+                                      (below >> 1 & 1));
   }
 
   PL_HD void write_vertex(int vertex, const VoxelPosition& p, int axis) const {

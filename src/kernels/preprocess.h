@@ -178,8 +178,7 @@ struct PlaneNormals {
     // centre/z = a (u − u₀) + b (v − v₀) + c with u = fx·(x/z) + cx: the normal is the gradient in (x/z, y/z, 1).
     const F u0 = Lane<F>::index() + static_cast<float>(x);
     const float v0 = static_cast<float>(y);
-    const Vec3<F> normal = {a * camera.fx, b * camera.fy,
-                            a * (F(camera.cx) - u0) + b * F(camera.cy - v0) + c};
+    const Vec3<F> normal = {a * camera.fx, b * camera.fy, a * (F(camera.cx) - u0) + b * F(camera.cy - v0) + c};
     const Vec3<F> ray = camera.back_project(u0, F(v0), F(1.0f));
     store_normal<F>(normals, x, y, orient_to_camera(normal, ray), valid);
   }
@@ -209,8 +208,7 @@ struct IntegralInput {
     const F step = d * edge_fraction;
     const auto last_column = Lane<F>::index() >= F(static_cast<float>(depth.width - 1 - px));
     const auto smooth = d > F(0.0f) && (last_column || abs(right - d) <= step) && abs(below - d) <= step;
-    const Vec3<F> p =
-        camera.back_project(Lane<F>::index() + static_cast<float>(px), F(static_cast<float>(py)), d);
+    const Vec3<F> p = camera.back_project(Lane<F>::index() + static_cast<float>(px), F(static_cast<float>(py)), d);
     const F zero(0.0f);
     store_int(x.row(py) + px, to_int(floor(select(inside, p.x * kIntegralUnitsPerMetre + 0.5f, zero))));
     store_int(y.row(py) + px, to_int(floor(select(inside, p.y * kIntegralUnitsPerMetre + 0.5f, zero))));

@@ -108,8 +108,7 @@ struct Raycast {
       const auto clamped = [&](const F& c) { return min(max(floor(c), zero), highest); };
       const Int<F> x = to_int(clamped(p.x)), y = to_int(clamped(p.y)), z = to_int(clamped(p.z));
       const Int<F> bx = shift_right<3>(x), by = shift_right<3>(y), bz = shift_right<3>(z);
-      const auto occupied =
-          active && to_float(gather_int(volume.occupied, volume.brick_index(bx, by, bz))) > F(0.5f);
+      const auto occupied = active && to_float(gather_int(volume.occupied, volume.brick_index(bx, by, bz))) > F(0.5f);
       // An empty brick is left by a hair's breadth, so that the next look-up falls into its neighbour.
       F step = max(brick_exit(ray, to_float(bx), to_float(by), to_float(bz)) - *t, zero) + voxel_step * 0.01f;
       F value = zero;
@@ -198,8 +197,8 @@ struct DecimateModel {
                       gather(fine_z.row(fy) + fx, even)};
     }
     const F squared = dot(n, n);
-    const auto valid = inside_row<F>(x, coarse_depth.width) && low > F(0.0f) && high - low <= F(range) &&
-                       squared > F(1e-6f);
+    const auto valid =
+        inside_row<F>(x, coarse_depth.width) && low > F(0.0f) && high - low <= F(range) && squared > F(1e-6f);
     store_masked<F>(coarse_depth.row(y) + x, sum * 0.25f, valid);
     store_normal<F>(coarse_normals, x, y, n * (F(1.0f) / sqrt(select(valid, squared, F(1.0f)))), valid);
   }

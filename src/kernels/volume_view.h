@@ -15,12 +15,12 @@ constexpr float kDistanceScale = 32767.0f;  ///< stored units per truncation dis
 /// zero is "never seen". All indexing stands here.
 struct VolumeView {
   std::int32_t* voxels = nullptr;
-  std::int32_t* colors = nullptr;  ///< null without colour; a byte each of red, green, blue and weight
+  std::int32_t* colors = nullptr;    ///< null without colour; a byte each of red, green, blue and weight
   std::int32_t* occupied = nullptr;  ///< per brick: 1 if it has held a surface
-  int bricks = 0;                  ///< per side
-  int brick_stride = 0;            ///< bricks from one row of bricks to the next, ≥ bricks, a multiple of 16
-  float voxel_size = 0;            ///< metres
-  float truncation = 0;            ///< metres
+  int bricks = 0;                    ///< per side
+  int brick_stride = 0;              ///< bricks from one row of bricks to the next, ≥ bricks, a multiple of 16
+  float voxel_size = 0;              ///< metres
+  float truncation = 0;              ///< metres
 
   PL_HD int resolution() const { return bricks * kBrickSide; }
 

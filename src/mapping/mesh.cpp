@@ -44,7 +44,9 @@ void transform(const SE3& world_from_volume, Mesh* mesh) {
 Mesh Volume::extract_mesh(const MeshParameters& parameters) const {
   const Backend& backend = *backend_;
   const auto slots = static_cast<std::size_t>(brick_slots());
-  const auto ints = [&](std::size_t count) { return backend.allocate(std::max<std::size_t>(1, count) * sizeof(std::int32_t)); };
+  const auto ints = [&](std::size_t count) {
+    return backend.allocate(std::max<std::size_t>(1, count) * sizeof(std::int32_t));
+  };
   const auto as_ints = [](const Buffer& buffer) { return static_cast<std::int32_t*>(buffer.get()); };
 
   const Buffer list = ints(slots), position = ints(slots);
@@ -52,17 +54,25 @@ Mesh Volume::extract_mesh(const MeshParameters& parameters) const {
   const auto count = static_cast<std::size_t>(entries);
   std::vector<std::int32_t> host_list(count), host_position(slots, -1);
   backend.download(host_list.data(), list.get(), count * sizeof(std::int32_t));
-  for (std::size_t i = 0; i < count; ++i) host_position[static_cast<std::size_t>(host_list[i])] = static_cast<std::int32_t>(i);
+  for (std::size_t i = 0; i < count; ++i)
+    host_position[static_cast<std::size_t>(host_list[i])] = static_cast<std::int32_t>(i);
   backend.upload(position.get(), host_position.data(), slots * sizeof(std::int32_t));
   const Buffer table = backend.allocate(sizeof kernels::kCellTable);
   backend.upload(table.get(), kernels::kCellTable.data(), sizeof kernels::kCellTable);
-  const Buffer edges = backend.allocate(std::max<std::size_t>(1, count) * kernels::kBrickVoxels * sizeof(kernels::EdgeRecord));
+  const Buffer edges =
+      backend.allocate(std::max<std::size_t>(1, count) * kernels::kBrickVoxels * sizeof(kernels::EdgeRecord));
   const Buffer vertex_count = ints(count), triangle_count = ints(count);
 
-  const kernels::MeshBricks bricks{view_, as_ints(list), as_ints(position), static_cast<kernels::EdgeRecord*>(edges.get()),
-                                   as_ints(vertex_count), as_ints(triangle_count),
+  // Never more than a voxel can have: that of a short run, or of a low cap.
+  const int min_weight = std::min({std::max(frames_, 1), parameters.min_weight, parameters_.max_weight});
+  const kernels::MeshBricks bricks{view_,
+                                   as_ints(list),
+                                   as_ints(position),
+                                   static_cast<kernels::EdgeRecord*>(edges.get()),
+                                   as_ints(vertex_count),
+                                   as_ints(triangle_count),
                                    static_cast<const kernels::CellTriangles*>(table.get()),
-                                   static_cast<float>(std::clamp(frames_, 1, parameters.min_weight))};
+                                   static_cast<float>(min_weight)};
   backend.run(kernels::CountBrick{bricks}, entries);
   const auto vertices = static_cast<std::size_t>(backend.scan(bricks.vertex_count, entries));
   const auto triangles = static_cast<std::size_t>(backend.scan(bricks.triangle_count, entries));

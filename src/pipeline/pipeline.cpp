@@ -26,10 +26,13 @@ const Parameters& validated(const Parameters& parameters) {
 
 struct Pipeline::State {
   State(const Parameters& p, const Pinhole& k, Backend& b, const SE3& initial_pose, bool with_color)
-      : parameters(validated(p)), camera(k), backend(b),
+      : parameters(validated(p)),
+        camera(k),
+        backend(b),
         live(k, p.preprocess, pyramid_levels(p.tracking), b, with_color),
         model(make_pyramid(k, pyramid_levels(p.tracking), b)),
-        volume(p.volume, k, b, with_color), world_from_camera(initial_pose) {}
+        volume(p.volume, k, b, with_color),
+        world_from_camera(initial_pose) {}
 
   TrackingResult initialise();
   TrackingResult register_frame() const;
@@ -39,7 +42,7 @@ struct Pipeline::State {
   Pinhole camera;
   Backend& backend;
   LiveFrame live;
-  DepthPyramid model;     ///< what `world_from_model` sees of the volume
+  DepthPyramid model;  ///< what `world_from_model` sees of the volume
   Volume volume;
   SE3 world_from_camera;  ///< the last pose that was believed
   SE3 world_from_model;
@@ -48,8 +51,8 @@ struct Pipeline::State {
 
 Pipeline::Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend, const SE3& initial_pose,
                    bool with_color)
-    : state_(std::make_unique<State>(parameters, camera, backend, initial_pose,
-                                     with_color && parameters.volume.color)) {}
+    : state_(
+          std::make_unique<State>(parameters, camera, backend, initial_pose, with_color && parameters.volume.color)) {}
 Pipeline::~Pipeline() = default;
 
 FrameReport Pipeline::process(const Frame& frame, Image<std::uint8_t>* pixel_use) {
@@ -106,7 +109,8 @@ TrackingResult Pipeline::State::register_frame() const {
 }
 
 Image<std::uint8_t> Pipeline::State::explain(const SE3& estimate) const {
-  const Plane<std::uint8_t> use(camera.width, camera.height, [&](std::size_t bytes) { return backend.allocate(bytes); });
+  const Plane<std::uint8_t> use(camera.width, camera.height,
+                                [&](std::size_t bytes) { return backend.allocate(bytes); });
   kernels::IcpInput in = icp_input(live.pyramid().front(), model.front());
   set_gates(parameters.tracking, world_from_model.inverse() * estimate, &in);
   backend.run(kernels::ExplainPixels{in, use.view()});

@@ -36,8 +36,8 @@ class Pipeline {
   /// `backend` must outlive the pipeline. The world frame is the first camera's, unless `initial_pose`
   /// (world_from_camera of the first frame) says otherwise. Memory for the volume is asked for here, once.
   /// Throws Error for parameters that contradict each other, std::bad_alloc if the volume does not fit.
-  Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend,
-           const SE3& initial_pose = SE3(), bool with_color = false);
+  Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend, const SE3& initial_pose = SE3(),
+           bool with_color = false);
   ~Pipeline();
 
   /// Tracks, fuses and predicts. Never throws for a frame that cannot be tracked: that is a status in the report, the

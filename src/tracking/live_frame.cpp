@@ -12,12 +12,22 @@ namespace {
 constexpr float kIntegralRadiusPerMetre = 3.0f;
 constexpr int kIntegralMaxRadius = 15;
 
+/// Whether a reading survives `kernels::ToMetres`, by the same arithmetic.
+bool any_in_range(const Frame& frame, const PreprocessParameters& parameters) {
+  const auto metres_per_reading = static_cast<float>(1 / frame.depth_scale);
+  const auto low = static_cast<float>(parameters.min_depth), high = static_cast<float>(parameters.max_depth);
+  return std::any_of(frame.depth.pixels.begin(), frame.depth.pixels.end(), [&](std::uint16_t reading) {
+    const float z = static_cast<float>(reading) * metres_per_reading;
+    return z > 0 && z >= low && z <= high;
+  });
+}
+
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 }  // namespace
 
-LiveFrame::LiveFrame(const Pinhole& camera, const PreprocessParameters& parameters, int levels,
-                     const Backend& backend, bool with_color)
+LiveFrame::LiveFrame(const Pinhole& camera, const PreprocessParameters& parameters, int levels, const Backend& backend,
+                     bool with_color)
     : backend_(&backend), parameters_(parameters), pyramid_(make_pyramid(camera, levels, backend)) {
   const auto allocate = [&](std::size_t bytes) { return backend.allocate(bytes); };
   readings_ = {camera.width, camera.height, allocate};
@@ -34,10 +44,11 @@ void LiveFrame::prepare(const Frame& frame) {
     throw Error("the depth image is " + size_text(frame.depth.width, frame.depth.height) + " but the camera is " +
                     size_text(raw_depth_.width(), raw_depth_.height()),
                 "frame " + std::to_string(frame.index), "all frames of a sequence must have one size");
-  has_depth_ = std::any_of(frame.depth.pixels.begin(), frame.depth.pixels.end(), [](auto z) { return z != 0; });
+  has_depth_ = any_in_range(frame, parameters_);
   upload(*backend_, frame.depth, readings_);
   backend_->run(kernels::ToMetres{read_only(readings_), raw_depth_.view(), static_cast<float>(1 / frame.depth_scale),
-                                  static_cast<float>(parameters_.min_depth), static_cast<float>(parameters_.max_depth)});
+                                  static_cast<float>(parameters_.min_depth),
+                                  static_cast<float>(parameters_.max_depth)});
   has_color_ = !color_.empty() && !frame.color.empty();
   if (has_color_) upload_color(frame.color);
 
@@ -48,9 +59,9 @@ void LiveFrame::prepare(const Frame& frame) {
                                            static_cast<float>(0.5 / (sigma_space * sigma_space)),
                                            static_cast<float>(0.5 / (sigma_range * sigma_range))});
   } else {
-    backend_->run(kernels::ToMetres{read_only(readings_), finest.depth.view(), static_cast<float>(1 / frame.depth_scale),
-                                    static_cast<float>(parameters_.min_depth),
-                                    static_cast<float>(parameters_.max_depth)});
+    backend_->run(
+        kernels::ToMetres{read_only(readings_), finest.depth.view(), static_cast<float>(1 / frame.depth_scale),
+                          static_cast<float>(parameters_.min_depth), static_cast<float>(parameters_.max_depth)});
   }
   for (std::size_t level = 1; level < pyramid_.size(); ++level) {
     backend_->run(kernels::DecimateDepth{read_only(pyramid_[level - 1].depth), pyramid_[level].depth.view(),
@@ -63,8 +74,7 @@ void LiveFrame::estimate_normals(DepthLevel& level) {
   const PlaneView<const float> depth = read_only(level.depth);
   const auto gate = static_cast<float>(parameters_.normal_depth_gate);
   if (parameters_.normals == NormalMethod::plane)
-    return backend_->run(
-        kernels::PlaneNormals{depth, level.normals(), level.camera, parameters_.normal_radius, gate});
+    return backend_->run(kernels::PlaneNormals{depth, level.normals(), level.camera, parameters_.normal_radius, gate});
 
   // The integral planes are made for the finest level; a coarser one uses their upper left part.
   const auto part = [&](const Plane<std::int32_t>& plane) {

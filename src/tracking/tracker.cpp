@@ -57,7 +57,9 @@ LostReason judge(const TrackingResult& result, const TrackingInput& input, const
 }
 
 /// Fewer pixels at a coarse level hold the same fraction of the image.
-int min_inliers_at(const TrackingParameters& parameters, int level) { return std::max(6, parameters.min_inliers >> (2 * level)); }
+int min_inliers_at(const TrackingParameters& parameters, int level) {
+  return std::max(6, parameters.min_inliers >> (2 * level));
+}
 
 void summarise(const Iteration& last, int level, TrackingResult* result) {
   result->inliers = last.sums.inliers() << (2 * level);  // in pixels of the full image
@@ -72,20 +74,28 @@ void summarise(const Iteration& last, int level, TrackingResult* result) {
 
 std::string_view to_string(TrackingStatus status) {
   switch (status) {
-    case TrackingStatus::initialised: return "initialised";
-    case TrackingStatus::tracked: return "tracked";
-    case TrackingStatus::lost: return "lost";
+    case TrackingStatus::initialised:
+      return "initialised";
+    case TrackingStatus::tracked:
+      return "tracked";
+    case TrackingStatus::lost:
+      return "lost";
   }
   return "unknown";
 }
 
 std::string_view to_string(LostReason reason) {
   switch (reason) {
-    case LostReason::none: return "";
-    case LostReason::no_depth: return "no depth";
-    case LostReason::few_inliers: return "few inliers";
-    case LostReason::singular: return "singular";
-    case LostReason::implausible_step: return "implausible step";
+    case LostReason::none:
+      return "";
+    case LostReason::no_depth:
+      return "no depth";
+    case LostReason::few_inliers:
+      return "few inliers";
+    case LostReason::singular:
+      return "singular";
+    case LostReason::implausible_step:
+      return "implausible step";
   }
   return "unknown";
 }

@@ -39,9 +39,9 @@ class ConvergenceTest {
 
 /// What the tracker starts from. The default is the plain KinectFusion of METHOD.md §1.
 struct TrackingInput {
-  SE3 world_from_model;             ///< camera pose from which the model was predicted
-  SE3 world_from_camera_seed;       ///< initial guess
-  const Prior* prior = nullptr;     ///< none: registration alone
+  SE3 world_from_model;                    ///< camera pose from which the model was predicted
+  SE3 world_from_camera_seed;              ///< initial guess
+  const Prior* prior = nullptr;            ///< none: registration alone
   ConvergenceTest* convergence = nullptr;  ///< none: the iterations of the parameters
 };
 
@@ -50,13 +50,13 @@ struct TrackingResult {
   TrackingStatus status = TrackingStatus::lost;
   LostReason reason = LostReason::none;
   SE3 world_from_camera;
-  std::vector<int> iterations;   ///< per level, coarse to fine
-  int inliers = 0;               ///< matched pixels of the last iteration
-  double inlier_fraction = 0;    ///< of the pixels of the last level that have depth
-  double rms = 0;                ///< point-to-plane residual of the matched pixels, metres
-  double median_distance = 0;    ///< of the associated pairs, metres, at the histogram's resolution
-  int rank = 0;                  ///< of the last 6×6 system, 6 when all directions are held
-  double condition = 0;          ///< of the last 6×6 system after scaling
+  std::vector<int> iterations;  ///< per level, coarse to fine
+  int inliers = 0;              ///< matched pixels of the last iteration
+  double inlier_fraction = 0;   ///< of the pixels of the last level that have depth
+  double rms = 0;               ///< point-to-plane residual of the matched pixels, metres
+  double median_distance = 0;   ///< of the associated pairs, metres, at the histogram's resolution
+  int rank = 0;                 ///< of the last 6×6 system, 6 when all directions are held
+  double condition = 0;         ///< of the last 6×6 system after scaling
 };
 
 /// Levels of both pyramids needed: finest_level + number of entries of iterations.
@@ -66,7 +66,7 @@ int pyramid_levels(const TrackingParameters& parameters);
 void set_gates(const TrackingParameters& parameters, const SE3& model_from_live, kernels::IcpInput* in);
 
 /// Registers `live` against `model` (METHOD.md §1, "association" and "minimisation").
-TrackingResult track(const Backend& backend, const DepthPyramid& live, const DepthPyramid& model, const TrackingInput& input,
-                     const TrackingParameters& parameters);
+TrackingResult track(const Backend& backend, const DepthPyramid& live, const DepthPyramid& model,
+                     const TrackingInput& input, const TrackingParameters& parameters);
 
 }  // namespace plumbline

@@ -252,7 +252,9 @@ struct Cluttered {
   sim::AnalyticScene scene;
 
   Cluttered() {
-    const auto at = [&](double x, double y, double z) { return Eigen::Vector3d(world_from_volume * Eigen::Vector3d(x, y, z)); };
+    const auto at = [&](double x, double y, double z) {
+      return Eigen::Vector3d(world_from_volume * Eigen::Vector3d(x, y, z));
+    };
     scene.primitives = {
         sim::sphere(at(0.35, 0.4, 0.55), 0.18),
         sim::box(world_from_volume * SE3(so3::exp({0.3, 0.5, -0.2}), {0.7, 0.65, 0.4}), {0.1, 0.16, 0.12}),
@@ -279,7 +281,8 @@ struct Cluttered {
         target = eye + (eye - centre);
         break;
       case 4:  // at a corner
-        eye = Eigen::Vector3d(random.integer(0, 1), random.integer(0, 1), random.integer(0, 1)) + random.direction() * 0.02;
+        eye = Eigen::Vector3d(random.integer(0, 1), random.integer(0, 1), random.integer(0, 1)) +
+              random.direction() * 0.02;
         target = centre;
         break;
       default:
@@ -447,7 +450,8 @@ TEST_P(Fusion, AgreesWithPlainFloat) {
     volume.place({clutter.world_from_volume, kSide});
     for (int i = 0; i < 3; ++i) {
       const SE3 pose = clutter.world_from_camera(6 * i);
-      volume.integrate(test::to_plane(other, test::view_of(clutter.scene, camera_, pose).depth), nullptr, camera_, pose);
+      volume.integrate(test::to_plane(other, test::view_of(clutter.scene, camera_, pose).depth), nullptr, camera_,
+                       pose);
     }
     return all_words(volume.view());
   };

@@ -35,8 +35,12 @@ Problem desk_problem() {
   const Pinhole camera = test::pinhole(160, 120);
   const SE3 world_from_model = sim::orbit().front().world_from_camera;
   const SE3 truth = test::Random(5).motion(1 * kRadiansPerDegree, 0.02);
-  Problem problem{camera, camera, test::view_of(scene, camera, world_from_model * truth),
-                  test::view_of(scene, camera, world_from_model), SE3::exp(0.5 * truth.log()), {}};
+  Problem problem{camera,
+                  camera,
+                  test::view_of(scene, camera, world_from_model * truth),
+                  test::view_of(scene, camera, world_from_model),
+                  SE3::exp(0.5 * truth.log()),
+                  {}};
   test::Random random(6);
   for (float& z : problem.live.depth.pixels) z = random.uniform(0, 1) < 0.05 ? 0 : z;
   for (float& z : problem.model.depth.pixels) z = random.uniform(0, 1) < 0.05 ? 0 : z;
@@ -309,8 +313,7 @@ TEST_P(Icp, EachGateHasItsCode) {
   const GateCase gates;
   const Image<std::uint8_t> use = explain(backend(), gates.problem);
   for (int v = 0; v < use.height; ++v) {
-    for (int u = 0; u < use.width; ++u)
-      ASSERT_EQ(int{use.at(u, v)}, int{gates.expected.at(u, v)}) << u << ", " << v;
+    for (int u = 0; u < use.width; ++u) ASSERT_EQ(int{use.at(u, v)}, int{gates.expected.at(u, v)}) << u << ", " << v;
   }
   for (int code = 0; code <= static_cast<int>(PixelUse::filtered); ++code)
     EXPECT_GT(count(gates.expected, static_cast<PixelUse>(code)), 0) << "the case lacks code " << code;

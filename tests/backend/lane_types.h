@@ -42,12 +42,13 @@ class LaneTest : public testing::TestWithParam<std::string> {
 
 inline std::string lane_test_name(const testing::TestParamInfo<std::string>& info) {
   std::string name = info.param;
-  std::replace_if(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
   return name;
 }
 
-#define PLUMBLINE_ON_EVERY_LANE_TYPE(fixture)                                                              \
-  INSTANTIATE_TEST_SUITE_P(Lanes, fixture, testing::ValuesIn(plumbline::test::lane_types()),               \
+#define PLUMBLINE_ON_EVERY_LANE_TYPE(fixture)                                                \
+  INSTANTIATE_TEST_SUITE_P(Lanes, fixture, testing::ValuesIn(plumbline::test::lane_types()), \
                            plumbline::test::lane_test_name)
 
 }  // namespace plumbline::test

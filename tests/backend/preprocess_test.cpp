@@ -268,8 +268,8 @@ struct SlantedPlane {
   test::View view;
 };
 
-/// Planes tilted every way, seen by cameras with y down and y up, of odd and even sizes. At 35° the image's corner sees the
-/// plane under 72°: beyond that neighbouring depths differ by more than a gate of 3 %.
+/// Planes tilted every way, seen by cameras with y down and y up, of odd and even sizes. At 35° the image's corner sees
+/// the plane under 72°: beyond that neighbouring depths differ by more than a gate of 3 %.
 std::vector<SlantedPlane> slanted_planes() {
   std::vector<SlantedPlane> result;
   for (int i = 0; i < 8; ++i) {

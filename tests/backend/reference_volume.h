@@ -59,8 +59,11 @@ class ReferenceVolume {
   };
 
   ReferenceVolume(int bricks, double side, double truncation, int max_weight)
-      : bricks_(bricks), voxel_(side / (bricks * kernels::kBrickSide)), truncation_(truncation),
-        max_weight_(max_weight), brick_(static_cast<std::size_t>(bricks) * bricks * bricks) {}
+      : bricks_(bricks),
+        voxel_(side / (bricks * kernels::kBrickSide)),
+        truncation_(truncation),
+        max_weight_(max_weight),
+        brick_(static_cast<std::size_t>(bricks) * bricks * bricks) {}
 
   void integrate(const Image<float>& depth, const Pinhole& camera, const SE3& camera_from_volume) {
     for (std::size_t b = 0; b < brick_.size(); ++b) integrate_brick(b, depth, camera, camera_from_volume);
@@ -105,8 +108,7 @@ class ReferenceVolume {
   Sight look(const std::array<int, 3>& at, const Image<float>& depth, const Pinhole& camera,
              const SE3& camera_from_volume) const {
     Sight sight;
-    const Eigen::Vector3d p =
-        camera_from_volume * (Eigen::Vector3d(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * voxel_);
+    const Eigen::Vector3d p = camera_from_volume * (Eigen::Vector3d(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * voxel_);
     if (p.z() <= 1e-3 - 1e-6) return sight;
     sight.unsure = p.z() < 1e-3 + 1e-6;
     const double u = p.x() / p.z() * double{camera.fx} + double{camera.cx} + 0.5;
@@ -127,8 +129,7 @@ class ReferenceVolume {
     sight.visible = reading > 0;
     sight.distance = reading - p.z();
     sight.unsure |= sight.visible && std::abs(sight.distance + truncation_) < kDistanceSlack;
-    sight.surely_near =
-        sight.visible && !sight.unsure && std::abs(sight.distance) < truncation_ - kDistanceSlack;
+    sight.surely_near = sight.visible && !sight.unsure && std::abs(sight.distance) < truncation_ - kDistanceSlack;
     return sight;
   }
 

@@ -98,8 +98,8 @@ int dirty_padding(const Backend& backend, const Plane<T>& plane) {
   for (int y = 0; y < view.height; ++y) {
     for (int x = 0; x < view.stride; ++x) {
       const bool in_image = x >= Plane<T>::kPadding && x < Plane<T>::kPadding + view.width;
-      if (!in_image && all[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.stride) +
-                           static_cast<std::size_t>(x)] != T{})
+      if (!in_image &&
+          all[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.stride) + static_cast<std::size_t>(x)] != T{})
         ++dirty;
     }
   }

@@ -1,9 +1,9 @@
 // The volume as a whole: any size, placement, and starting afresh.
+#include "mapping/volume.h"
 #include "backend/lane_types.h"
 #include "backend/reference_volume.h"
 #include "backend/scenes.h"
 #include "core/error.h"
-#include "mapping/volume.h"
 
 namespace plumbline {
 namespace {

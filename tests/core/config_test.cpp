@@ -157,7 +157,8 @@ TEST(Config, WrongTypesNameWhatIsPermitted) {
 }
 
 TEST(Config, ValuesOutOfRangeNameTheRange) {
-  EXPECT_THAT(parse_error("[volume]\nresolution = 4\n"), AllOf(HasSubstr("my.toml:2"), HasSubstr("a whole number, 8 to ")));
+  EXPECT_THAT(parse_error("[volume]\nresolution = 4\n"),
+              AllOf(HasSubstr("my.toml:2"), HasSubstr("a whole number, 8 to ")));
   EXPECT_THAT(parse_error("[volume]\nside = nan\n"), HasSubstr("out of range"));
   EXPECT_THAT(parse_error("[volume]\nside = inf\n"), HasSubstr("out of range"));
   EXPECT_THAT(parse_error("[tracking]\niterations = [4, -1]\n"), HasSubstr("0 to 1000"));

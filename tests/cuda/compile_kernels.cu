@@ -1,5 +1,5 @@
-// Compiled, never run: every kernel with a `float` lane on a GPU's thread. It keeps the kernels fit for the CUDA backend
-// on machines that have nvcc but no GPU.
+// Compiled, never run: every kernel with a `float` lane on a GPU's thread. It keeps the kernels fit for the CUDA
+// backend on machines that have nvcc but no GPU.
 #include "kernels/icp.h"
 #include "kernels/integrate.h"
 #include "kernels/marching_cubes.h"

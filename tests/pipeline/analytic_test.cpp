@@ -56,8 +56,7 @@ TEST(AnalyticPipeline, TracksEveryFrameAndFindsTheSurface) {
   ASSERT_EQ(result.lost, 0);
   EXPECT_LT(eval::absolute_trajectory_error(scan().truth, result.trajectory).translation.rmse, 0.003);
   // Not even aligned: the world is that of the initial pose.
-  const SE3 last_error =
-      scan().truth.back().world_from_camera.inverse() * result.trajectory.back().world_from_camera;
+  const SE3 last_error = scan().truth.back().world_from_camera.inverse() * result.trajectory.back().world_from_camera;
   EXPECT_LT(last_error.translation().norm(), 0.008);
   EXPECT_LT(so3::angle(last_error.rotation()), 0.3 * 3.14159 / 180);
 
@@ -129,8 +128,8 @@ TEST(AnalyticPipeline, ABlackFrameIsLostAndTheModelIsKept) {
   EXPECT_EQ(lost.tracking.reason, LostReason::no_depth);
   const Mesh after = pipeline.extract_mesh();
   ASSERT_EQ(before.positions.size(), after.positions.size());
-  EXPECT_EQ(std::memcmp(before.positions.data(), after.positions.data(), before.positions.size() * sizeof(Mesh::Float3)),
-            0);
+  EXPECT_EQ(
+      std::memcmp(before.positions.data(), after.positions.data(), before.positions.size() * sizeof(Mesh::Float3)), 0);
   EXPECT_EQ(pipeline.process(scan().frames[6]).tracking.status, TrackingStatus::tracked);
 }
 

@@ -16,9 +16,9 @@ inline std::filesystem::path data_root() {
 }
 
 /// A folder or file of the data set, or a skipped test.
-#define PLUMBLINE_DATA_OR_SKIP(variable, relative)                                                       \
-  const std::filesystem::path variable = plumbline::test::data_root() / (relative);                      \
-  if (!std::filesystem::exists(variable)) GTEST_SKIP() << "no test data at " << variable                 \
-                                                       << "; set PLUMBLINE_DATA to the folder that has it"
+#define PLUMBLINE_DATA_OR_SKIP(variable, relative)                                  \
+  const std::filesystem::path variable = plumbline::test::data_root() / (relative); \
+  if (!std::filesystem::exists(variable))                                           \
+  GTEST_SKIP() << "no test data at " << variable << "; set PLUMBLINE_DATA to the folder that has it"
 
 }  // namespace plumbline::test

@@ -25,8 +25,7 @@ constexpr std::array<InstructionSet, 2> kInstructionSets = {{
 
 }  // namespace
 
-LanesBase::LanesBase(int threads, const char* instruction_set)
-    : threads_(threads), instruction_set_(instruction_set) {}
+LanesBase::LanesBase(int threads, const char* instruction_set) : threads_(threads), instruction_set_(instruction_set) {}
 LanesBase::~LanesBase() = default;
 
 std::string LanesBase::name() const { return "cpu"; }
@@ -83,7 +82,8 @@ std::unique_ptr<Backend> make_cpu_backend(int threads, const std::string& instru
   }
   std::string available;
   for (const std::string& name : cpu_instruction_sets()) available += (available.empty() ? "" : ", ") + name;
-  throw Error("this processor does not have the instruction set" + (instruction_set.empty() ? " SSE4.2" : ": " + instruction_set),
+  throw Error("this processor does not have the instruction set" +
+                  (instruction_set.empty() ? " SSE4.2" : ": " + instruction_set),
               "cpu backend", available.empty() ? "use a processor of 2009 or later" : "available here: " + available);
 }
 

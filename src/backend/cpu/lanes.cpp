@@ -23,8 +23,8 @@ class Lanes final : public LanesBase {
   void run(const kernels::IntegralNormals& k) const override { on(k.depth, k); }
 
   void reduce_into(const kernels::IcpReduce& k, double* sums, std::int32_t* histogram) const override {
-    cpu::reduce<F, kernels::icp_sum::kCount>(threads(), k.in.live_depth.width, k.in.live_depth.height, k, sums, histogram,
-                                        k.in.bins + 2);
+    cpu::reduce<F, kernels::icp_sum::kCount>(threads(), k.in.live_depth.width, k.in.live_depth.height, k, sums,
+                                             histogram, k.in.bins + 2);
   }
   void run(const kernels::ExplainPixels& k) const override { on(k.use, k); }
 

@@ -45,8 +45,8 @@ PL_HD void reduce(const Threads& threads, int width, int height, const Kernel& k
   constexpr int kWidth = kernels::Lane<F>::width;
   const int chunks = (height + kRowsPerChunk - 1) / kRowsPerChunk;
   auto* partial = static_cast<double*>(threads.scratch(0, sizeof(double) * N * static_cast<std::size_t>(chunks)));
-  auto* counts = static_cast<std::int32_t*>(
-      threads.scratch(1, sizeof(std::int32_t) * static_cast<std::size_t>(bins) * static_cast<std::size_t>(threads.count())));
+  auto* counts = static_cast<std::int32_t*>(threads.scratch(
+      1, sizeof(std::int32_t) * static_cast<std::size_t>(bins) * static_cast<std::size_t>(threads.count())));
   threads.run(chunks, [&](int chunk, int worker) {
     LaneSums<F, N> local;
     for (F& slot : local.slots) slot = F(0.0f);
@@ -69,7 +69,8 @@ PL_HD void reduce(const Threads& threads, int width, int height, const Kernel& k
   }
   for (int bin = 0; bin < bins; ++bin) {
     std::int32_t total = 0;
-    for (int worker = 0; worker < threads.count(); ++worker) total += counts[static_cast<std::ptrdiff_t>(worker) * bins + bin];
+    for (int worker = 0; worker < threads.count(); ++worker)
+      total += counts[static_cast<std::ptrdiff_t>(worker) * bins + bin];
     histogram[bin] = total;
   }
 }
@@ -90,8 +91,7 @@ PL_HD void for_each_brick(const Threads& threads, const Kernel& kernel, const st
         occupied = kernels::any(kernel.template is_near_surface<F>(brick, offset));
       if (!occupied) continue;
       kernel.volume.occupied[brick] = 1;
-      for (int offset = 0; offset < kernels::kBrickVoxels; offset += kWidth)
-        kernel.template update<F>(brick, offset);
+      for (int offset = 0; offset < kernels::kBrickVoxels; offset += kWidth) kernel.template update<F>(brick, offset);
     }
   });
 }

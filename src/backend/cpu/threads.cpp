@@ -55,7 +55,8 @@ void Threads::run_erased(int chunks, const void* body, Call function) const {
     return;
   }
   state_->arena.execute([&] {
-    tbb::parallel_for(0, chunks, [&](int chunk) { function(body, chunk, tbb::this_task_arena::current_thread_index()); });
+    tbb::parallel_for(0, chunks,
+                      [&](int chunk) { function(body, chunk, tbb::this_task_arena::current_thread_index()); });
   });
 }
 
@@ -78,7 +79,8 @@ int compact(const Threads& threads, const std::int32_t* flags, int count, std::i
     for (int i = chunk * kScanChunk; i < end; ++i) marked += flags[i] != 0;
     first[static_cast<std::size_t>(chunk) + 1] = marked;
   });
-  for (int chunk = 0; chunk < chunks; ++chunk) first[static_cast<std::size_t>(chunk) + 1] += first[static_cast<std::size_t>(chunk)];
+  for (int chunk = 0; chunk < chunks; ++chunk)
+    first[static_cast<std::size_t>(chunk) + 1] += first[static_cast<std::size_t>(chunk)];
   threads.run(chunks, [&](int chunk, int) {
     const int end = std::min(count, (chunk + 1) * kScanChunk);
     std::int32_t* out = list + first[static_cast<std::size_t>(chunk)];
@@ -98,7 +100,8 @@ std::int64_t scan(const Threads& threads, std::int32_t* values, int count) {
     for (int i = chunk * kScanChunk; i < end; ++i) sum += values[i];
     first[static_cast<std::size_t>(chunk) + 1] = sum;
   });
-  for (int chunk = 0; chunk < chunks; ++chunk) first[static_cast<std::size_t>(chunk) + 1] += first[static_cast<std::size_t>(chunk)];
+  for (int chunk = 0; chunk < chunks; ++chunk)
+    first[static_cast<std::size_t>(chunk) + 1] += first[static_cast<std::size_t>(chunk)];
   if (first.back() > std::numeric_limits<std::int32_t>::max())
     throw Error("the surface has more elements than 32 bits can count", "mesh", "lower volume.resolution");
   threads.run(chunks, [&](int chunk, int) {

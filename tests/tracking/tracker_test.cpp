@@ -1,0 +1,405 @@
+// Registration of a frame against a model predicted from a volume: known motions, hooks, and every way to be lost.
+#include "tracking/tracker.h"
+
+#include <gtest/gtest.h>
+
+#include "backend/scenes.h"
+#include "mapping/volume.h"
+#include "tracking/live_frame.h"
+
+namespace plumbline {
+namespace {
+
+using test::kRadiansPerDegree;
+
+/// A scene fused from one pose and predicted from it, and what is tracked against it.
+class Model {
+ public:
+  Model(const sim::AnalyticScene& scene, const SE3& world_from_model, int levels = 3)
+      : scene_(scene), world_from_model_(world_from_model), model_(make_pyramid(camera(), levels, *backend_)) {
+    VolumeParameters parameters;
+    parameters.resolution = 128;
+    parameters.side = 3;
+    parameters.truncation = 0.07;
+    Volume volume(parameters, camera(), *backend_, false);
+    volume.place(place_volume(parameters, camera(), world_from_model, Image<float>()));
+    volume.integrate(test::to_plane(*backend_, test::view_of(scene, camera(), world_from_model).depth), nullptr,
+                     camera(), world_from_model);
+    volume.predict(world_from_model, RaycastParameters(), &model_);
+  }
+
+  /// Tracks what a camera at `world_from_camera` sees, to the last bit: readings of 1/5000 m would be noise.
+  TrackingResult track(const SE3& world_from_camera, TrackingInput input = {},
+                       const TrackingParameters& parameters = {}) const {
+    const test::View view = test::view_of(scene_, camera(), world_from_camera);
+    return track_depth(view.depth, input, parameters);
+  }
+
+  TrackingResult track_depth(const Image<float>& depth, TrackingInput input,
+                             const TrackingParameters& parameters) const {
+    DepthPyramid live = make_pyramid(camera(), static_cast<int>(model_.size()), *backend_);
+    upload(*backend_, depth, live.front().depth);
+    for (std::size_t l = 0; l < live.size(); ++l) {
+      if (l > 0) backend_->run(kernels::DecimateDepth{read_only(live[l - 1].depth), live[l].depth.view(), 0.09f});
+      backend_->run(kernels::PlaneNormals{read_only(live[l].depth), live[l].normals(), live[l].camera, 3, 0.03f});
+    }
+    input.world_from_model = world_from_model_;
+    return plumbline::track(*backend_, live, model_, input, parameters);
+  }
+
+  static Pinhole camera() { return test::pinhole(320, 240); }
+  const SE3& world_from_model() const { return world_from_model_; }
+  TrackingInput seed() const { return seed(world_from_model_); }
+  TrackingInput seed(const SE3& world_from_camera) const {
+    TrackingInput input;
+    input.world_from_camera_seed = world_from_camera;
+    return input;
+  }
+
+ private:
+  std::unique_ptr<Backend> backend_ = make_backend("cpu", 1);
+  sim::AnalyticScene scene_;
+  SE3 world_from_model_;
+  DepthPyramid model_;
+};
+
+const Model& desk() {
+  static const Model model(sim::desk_corner(), sim::orbit().front().world_from_camera);
+  return model;
+}
+
+void expect_near(const SE3& estimate, const SE3& truth, double metres, double degrees) {
+  const SE3 error = truth.inverse() * estimate;
+  EXPECT_LT(error.translation().norm(), metres);
+  EXPECT_LT(so3::angle(error.rotation()), degrees * kRadiansPerDegree);
+}
+
+// ---- known motions --------------------------------------------------------------------------------------------------
+
+TEST(Tracker, StaysWhereItIs) {
+  const TrackingResult result = desk().track(desk().world_from_model(), desk().seed());
+  EXPECT_EQ(result.status, TrackingStatus::tracked);
+  EXPECT_EQ(result.reason, LostReason::none);
+  expect_near(result.world_from_camera, desk().world_from_model(), 1e-3, 0.05);
+}
+
+TEST(Tracker, RecoversKnownMotions) {
+  for (unsigned i = 0; i < 8; ++i) {
+    const bool large = i % 2 == 1;
+    const SE3 motion = test::Random(20 + i).motion((large ? 3 : 1) * kRadiansPerDegree, large ? 0.05 : 0.02);
+    const SE3 truth = desk().world_from_model() * motion;
+    const TrackingResult result = desk().track(truth, desk().seed());
+    ASSERT_EQ(result.status, TrackingStatus::tracked) << i;
+    expect_near(result.world_from_camera, truth, 1e-3, 0.05);
+    EXPECT_EQ(result.rank, 6);
+    EXPECT_GT(result.condition, 1);
+    EXPECT_LT(result.condition, 1e4);
+    EXPECT_EQ(result.iterations, (std::vector<int>{4, 5, 10}));
+    EXPECT_GT(result.inliers, 320 * 240 / 2);
+    EXPECT_GT(result.inlier_fraction, 0.6);
+    EXPECT_LE(result.inlier_fraction, 1);
+    EXPECT_LT(result.rms, 4e-3);
+    EXPECT_LT(result.median_distance, 0.02);
+  }
+}
+
+TEST(Tracker, ABetterSeedIsNoWorse) {
+  const SE3 truth = desk().world_from_model() * test::Random(4).motion(8 * kRadiansPerDegree, 0.02);
+  const TrackingResult seeded = desk().track(truth, desk().seed(truth));
+  ASSERT_EQ(seeded.status, TrackingStatus::tracked);
+  expect_near(seeded.world_from_camera, truth, 1e-3, 0.05);
+}
+
+TEST(Tracker, StopsAtTheFinestLevelAskedFor) {
+  TrackingParameters parameters;
+  parameters.iterations = {6, 6};
+  parameters.finest_level = 1;
+  EXPECT_EQ(pyramid_levels(parameters), 3);
+  const SE3 truth = desk().world_from_model() * test::Random(6).motion(1 * kRadiansPerDegree, 0.02);
+  const TrackingResult result = desk().track(truth, desk().seed(), parameters);
+  ASSERT_EQ(result.status, TrackingStatus::tracked);
+  expect_near(result.world_from_camera, truth, 2e-3, 0.1);
+  EXPECT_EQ(result.iterations, (std::vector<int>{6, 6}));
+  EXPECT_GT(result.inliers, 320 * 240 / 2) << "in pixels of the full image";
+  EXPECT_LE(result.inliers, 320 * 240);
+}
+
+TEST(Tracker, ALevelWithoutIterationsIsSkipped) {
+  TrackingParameters parameters;
+  parameters.iterations = {0, 4, 6};
+  const SE3 truth = desk().world_from_model() * test::Random(7).motion(1 * kRadiansPerDegree, 0.02);
+  const TrackingResult result = desk().track(truth, desk().seed(), parameters);
+  EXPECT_EQ(result.iterations, parameters.iterations);
+  expect_near(result.world_from_camera, truth, 1e-3, 0.05);
+}
+
+// ---- lost -----------------------------------------------------------------------------------------------------------
+
+TEST(Tracker, ASinglePlaneIsSingular) {
+  // Seen at a slant: its depth changes over the image, but sliding along it changes nothing.
+  const SE3 pose = sim::look_at({0, 0, 1.5}, {0.8, 0.5, 0});
+  const Model wall({{sim::plane({0, 0, 0}, {0, 0, 1})}}, pose);
+  const TrackingResult result = wall.track(pose * test::Random(1).motion(0.5 * kRadiansPerDegree, 0.01), wall.seed());
+  EXPECT_EQ(result.status, TrackingStatus::lost);
+  EXPECT_EQ(result.reason, LostReason::singular);
+  EXPECT_LT(result.rank, 6);
+}
+
+TEST(Tracker, AnEmptyModelHasFewInliers) {
+  const Model nothing({}, SE3());
+  const Image<float> depth = test::view_of(sim::desk_corner(), Model::camera(), desk().world_from_model()).depth;
+  const TrackingResult result = nothing.track_depth(depth, nothing.seed(), {});
+  EXPECT_EQ(result.status, TrackingStatus::lost);
+  EXPECT_EQ(result.reason, LostReason::few_inliers);
+  EXPECT_EQ(result.inliers, 0);
+  EXPECT_EQ(result.rms, 0);
+  EXPECT_EQ(result.median_distance, 0);
+  EXPECT_EQ(result.iterations, (std::vector<int>{1, 1, 1})) << "nothing to iterate on";
+  EXPECT_TRUE(result.world_from_camera.is_finite());
+  expect_near(result.world_from_camera, SE3(), 1e-12, 1e-9);
+}
+
+TEST(Tracker, AnEmptyFrameHasFewInliers) {
+  const Pinhole k = Model::camera();
+  const TrackingResult result = desk().track_depth(Image<float>(k.width, k.height), desk().seed(), {});
+  EXPECT_EQ(result.status, TrackingStatus::lost);
+  EXPECT_EQ(result.reason, LostReason::few_inliers);
+  EXPECT_EQ(result.inlier_fraction, 0);
+  EXPECT_TRUE(result.world_from_camera.is_finite());
+}
+
+TEST(Tracker, AnotherSceneHasFewInliers) {
+  const sim::AnalyticScene sphere{{sim::sphere(desk().world_from_model() * Eigen::Vector3d(0, 0, 0.6), 0.1)}};
+  const Image<float> depth = test::view_of(sphere, Model::camera(), desk().world_from_model()).depth;
+  const TrackingResult result = desk().track_depth(depth, desk().seed(), {});
+  EXPECT_EQ(result.reason, LostReason::few_inliers);
+}
+
+TEST(Tracker, TheLimitsOfInliersDecide) {
+  const SE3& pose = desk().world_from_model();
+  TrackingParameters parameters;
+  const TrackingResult free = desk().track(pose, desk().seed(), parameters);
+  ASSERT_EQ(free.status, TrackingStatus::tracked);
+  parameters.min_inliers = free.inliers + 2000;
+  EXPECT_EQ(desk().track(pose, desk().seed(), parameters).reason, LostReason::few_inliers);
+  parameters.min_inliers = 300;
+  parameters.min_inlier_fraction = std::min(1.0, free.inlier_fraction + 0.02);
+  EXPECT_EQ(desk().track(pose, desk().seed(), parameters).reason, LostReason::few_inliers);
+}
+
+TEST(Tracker, AStepThatIsTooLongIsImplausible) {
+  const SE3 truth = desk().world_from_model() * test::Random(9).motion(2 * kRadiansPerDegree, 0.04);
+  TrackingParameters parameters;
+  parameters.max_step_translation = 0.03;
+  const TrackingResult moved = desk().track(truth, desk().seed(), parameters);
+  EXPECT_EQ(moved.status, TrackingStatus::lost);
+  EXPECT_EQ(moved.reason, LostReason::implausible_step);
+  expect_near(moved.world_from_camera, truth, 1e-3, 0.05);
+  parameters.max_step_translation = 0.05;
+  EXPECT_EQ(desk().track(truth, desk().seed(), parameters).status, TrackingStatus::tracked);
+  parameters.max_step_rotation = 1.5;
+  EXPECT_EQ(desk().track(truth, desk().seed(), parameters).reason, LostReason::implausible_step);
+  // The step is counted from the seed, not from the model.
+  EXPECT_EQ(desk().track(truth, desk().seed(truth), parameters).status, TrackingStatus::tracked);
+}
+
+TEST(Tracker, EveryStatusAndReasonHasAName) {
+  EXPECT_EQ(to_string(TrackingStatus::initialised), "initialised");
+  EXPECT_EQ(to_string(TrackingStatus::tracked), "tracked");
+  EXPECT_EQ(to_string(TrackingStatus::lost), "lost");
+  EXPECT_EQ(to_string(LostReason::none), "");
+  EXPECT_EQ(to_string(LostReason::no_depth), "no depth");
+  EXPECT_EQ(to_string(LostReason::few_inliers), "few inliers");
+  EXPECT_EQ(to_string(LostReason::singular), "singular");
+  EXPECT_EQ(to_string(LostReason::implausible_step), "implausible step");
+}
+
+// ---- the prior ------------------------------------------------------------------------------------------------------
+
+/// Pulls rotation, or the whole pose, to a known one: ξ = log(T_prior T⁻¹), the left increment that leads there.
+class PosePrior : public Prior {
+ public:
+  PosePrior(const SE3& world_from_camera, double rotation_weight, double translation_weight)
+      : prior_(world_from_camera), rotation_weight_(rotation_weight), translation_weight_(translation_weight) {}
+
+  struct Call {
+    SE3 world_from_camera;
+    int matched_pixels, level_pixels;
+  };
+
+  NormalEquations evaluate(const SE3& world_from_camera, int matched_pixels, int level_pixels) const override {
+    calls.push_back({world_from_camera, matched_pixels, level_pixels});
+    NormalEquations term;
+    Vector6d xi;
+    if (translation_weight_ > 0) {
+      xi = (prior_ * world_from_camera.inverse()).log();
+    } else {
+      xi << so3::log(prior_.rotation() * world_from_camera.rotation().transpose()), Eigen::Vector3d::Zero();
+    }
+    term.h.diagonal() << Eigen::Vector3d::Constant(rotation_weight_), Eigen::Vector3d::Constant(translation_weight_);
+    term.b = term.h * xi;
+    return term;
+  }
+
+  mutable std::vector<Call> calls;
+
+ private:
+  SE3 prior_;
+  double rotation_weight_, translation_weight_;
+};
+
+TEST(TrackerPrior, AStrongRotationHolds) {
+  const SE3 truth = desk().world_from_model() * test::Random(10).motion(1 * kRadiansPerDegree, 0.02);
+  const SE3 believed(so3::exp({0.01, -0.005, 0.008}) * desk().world_from_model().rotation(),
+                     desk().world_from_model().translation());
+  const PosePrior prior(believed, 1e9, 0);
+  TrackingInput input = desk().seed();
+  input.prior = &prior;
+  TrackingParameters parameters;
+  parameters.max_condition = 1e12;  // such a weight is what the test is about
+  const TrackingResult result = desk().track(truth, input, parameters);
+  EXPECT_EQ(result.status, TrackingStatus::tracked);
+  EXPECT_LT(so3::angle(believed.rotation().transpose() * result.world_from_camera.rotation()),
+            0.002 * kRadiansPerDegree);
+  // Without it the rotation is that of the images.
+  const TrackingResult free = desk().track(truth, desk().seed());
+  EXPECT_GT(so3::angle(believed.rotation().transpose() * free.world_from_camera.rotation()), 0.3 * kRadiansPerDegree);
+}
+
+TEST(TrackerPrior, AWeightOfNothingChangesNothing) {
+  const SE3 truth = desk().world_from_model() * test::Random(11).motion(1 * kRadiansPerDegree, 0.02);
+  const PosePrior prior(SE3(), 0, 0);
+  TrackingInput input = desk().seed();
+  input.prior = &prior;
+  const SE3 with = desk().track(truth, input).world_from_camera;
+  const SE3 without = desk().track(truth, desk().seed()).world_from_camera;
+  EXPECT_EQ(with.rotation(), without.rotation());
+  EXPECT_EQ(with.translation(), without.translation());
+}
+
+TEST(TrackerPrior, IncrementsAreOnTheLeftInTheWorldsFrame) {
+  // A prior that outweighs the images must be reached within one step, exactly: exp(ξ) T = T_prior. The registration's
+  // own increments are in the model's frame, which is turned and moved against the world's.
+  const SE3 seed = desk().world_from_model() * test::Random(12).motion(0.5 * kRadiansPerDegree, 0.01);
+  const SE3 goal = test::Random(13).motion(3 * kRadiansPerDegree, 0.05) * seed;
+  ASSERT_GT(so3::angle(desk().world_from_model().rotation()), 0.5);
+  ASSERT_GT(desk().world_from_model().translation().norm(), 0.5);
+  const PosePrior prior(goal, 1e14, 1e14);
+  TrackingInput input = desk().seed(seed);
+  input.prior = &prior;
+  TrackingParameters parameters;
+  parameters.iterations = {0, 0, 1};
+  const TrackingResult result = desk().track(desk().world_from_model(), input, parameters);
+  expect_near(result.world_from_camera, goal, 1e-7, 1e-5);
+}
+
+TEST(TrackerPrior, TheGradientIsThatOfTheCost) {
+  // Numerically: a quadratic cost of the pose, perturbed on the left, against what the prior hands over. Then one step
+  // of the tracker from there lowers it.
+  const SE3 goal = test::Random(14).motion(2 * kRadiansPerDegree, 0.03) * desk().world_from_model();
+  const PosePrior prior(goal, 3, 5);
+  const SE3 pose = desk().world_from_model();
+  const auto cost = [&](const SE3& t) {
+    const Vector6d xi = (goal * t.inverse()).log();
+    return 0.5 * (3 * xi.head<3>().squaredNorm() + 5 * xi.tail<3>().squaredNorm());
+  };
+  const NormalEquations term = prior.evaluate(pose, 0, 0);
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 6; ++i) {
+    const Vector6d xi = Vector6d::Unit(i) * kStep;
+    const double derivative = (cost(SE3::exp(xi) * pose) - cost(SE3::exp(-xi) * pose)) / (2 * kStep);
+    EXPECT_NEAR(-term.b[i], derivative, 0.03 * term.b.norm()) << "b is minus the gradient, coordinate " << i;
+  }
+  const PosePrior strong(goal, 3e12, 5e12);
+  TrackingInput input = desk().seed();
+  input.prior = &strong;
+  TrackingParameters parameters;
+  parameters.iterations = {0, 0, 1};
+  EXPECT_LT(cost(desk().track(pose, input, parameters).world_from_camera), 1e-6 * cost(pose));
+}
+
+TEST(TrackerPrior, IsToldWhatTheAssociationFound) {
+  const SE3 truth = desk().world_from_model() * test::Random(15).motion(1 * kRadiansPerDegree, 0.02);
+  const PosePrior prior(SE3(), 0, 0);
+  TrackingInput input = desk().seed();
+  input.prior = &prior;
+  const TrackingResult result = desk().track(truth, input);
+  ASSERT_EQ(prior.calls.size(), 19u) << "once an iteration, 4 + 5 + 10";
+  expect_near(prior.calls.front().world_from_camera, desk().world_from_model(), 1e-9, 1e-6);
+  for (std::size_t i = 0; i < prior.calls.size(); ++i) {
+    const PosePrior::Call& call = prior.calls[i];
+    const int level = i < 4 ? 2 : (i < 9 ? 1 : 0);
+    EXPECT_EQ(call.level_pixels, (320 >> level) * (240 >> level)) << i;
+    EXPECT_GT(call.matched_pixels, call.level_pixels / 3);
+    EXPECT_LE(call.matched_pixels, call.level_pixels);
+  }
+  EXPECT_EQ(prior.calls.back().matched_pixels, result.inliers);
+  EXPECT_GT(
+      (prior.calls.front().world_from_camera.inverse() * prior.calls.back().world_from_camera).translation().norm(),
+      0.015)
+      << "it is evaluated afresh at every estimate";
+}
+
+// ---- convergence ----------------------------------------------------------------------------------------------------
+
+class StopAfter : public ConvergenceTest {
+ public:
+  explicit StopAfter(int iterations) : limit_(iterations) {}
+  void start_level() override {
+    ++levels;
+    seen_ = 0;
+  }
+  bool converged(const IcpSums& sums) override {
+    inliers.push_back(sums.inliers());
+    return ++seen_ >= limit_;
+  }
+
+  int levels = 0;
+  std::vector<int> inliers;
+
+ private:
+  int limit_, seen_ = 0;
+};
+
+TEST(TrackerConvergence, EndsALevelAndNotTheFrame) {
+  StopAfter stop(2);
+  TrackingInput input = desk().seed();
+  input.convergence = &stop;
+  const TrackingResult result = desk().track(desk().world_from_model(), input);
+  EXPECT_EQ(result.iterations, (std::vector<int>{2, 2, 2}));
+  EXPECT_EQ(stop.levels, 3);
+  ASSERT_EQ(stop.inliers.size(), 6u);
+  EXPECT_EQ(stop.inliers.back(), result.inliers);
+  EXPECT_EQ(result.status, TrackingStatus::tracked);
+}
+
+TEST(TrackerConvergence, TheParametersRemainTheLimit) {
+  StopAfter never(1000);
+  TrackingInput input = desk().seed();
+  input.convergence = &never;
+  const SE3 truth = desk().world_from_model() * test::Random(16).motion(1 * kRadiansPerDegree, 0.02);
+  const TrackingResult result = desk().track(truth, input);
+  EXPECT_EQ(result.iterations, (std::vector<int>{4, 5, 10}));
+  expect_near(result.world_from_camera, truth, 1e-3, 0.05);
+}
+
+TEST(Tracker, GatesAreThoseOfTheParameters) {
+  TrackingParameters parameters;
+  parameters.distance_gate = 0.07;
+  parameters.normal_gate = 60;
+  parameters.histogram_bins = 200;
+  parameters.histogram_range = 0.4;
+  kernels::IcpInput in{};
+  set_gates(parameters, SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), &in);
+  EXPECT_FLOAT_EQ(in.distance_gate, 0.07f);
+  EXPECT_NEAR(in.cos_normal_gate, 0.5f, 1e-6f);
+  EXPECT_EQ(in.bins, 200);
+  EXPECT_FLOAT_EQ(in.bins_per_metre, 500);
+  EXPECT_EQ(in.band_low, 0);
+  EXPECT_GT(in.band_high, 1e30f);
+  EXPECT_FLOAT_EQ(in.model_from_live.t[2], 3);
+  EXPECT_FLOAT_EQ(in.model_from_live.r[1], static_cast<float>(-std::sin(0.1)));
+}
+
+}  // namespace
+}  // namespace plumbline
