@@ -36,8 +36,13 @@ std::string LanesBase::description() const {
 }
 
 Buffer LanesBase::allocate(std::size_t bytes) const { return allocate_host(bytes); }
-void LanesBase::upload(void* device, const void* host, std::size_t bytes) const { std::memcpy(device, host, bytes); }
-void LanesBase::download(void* host, const void* device, std::size_t bytes) const { std::memcpy(host, device, bytes); }
+// Nothing to copy may come with null pointers, which memcpy must not see.
+void LanesBase::upload(void* device, const void* host, std::size_t bytes) const {
+  if (bytes != 0) std::memcpy(device, host, bytes);
+}
+void LanesBase::download(void* host, const void* device, std::size_t bytes) const {
+  if (bytes != 0) std::memcpy(host, device, bytes);
+}
 void LanesBase::clear(void* device, std::size_t bytes) const { std::memset(device, 0, bytes); }
 
 void LanesBase::integral_image(const PlaneView<std::int32_t>& plane) const {
