@@ -41,9 +41,10 @@ class Pipeline {
   ~Pipeline();
 
   /// Tracks, fuses and predicts. Never throws for a frame that cannot be tracked: that is a status in the report, the
-  /// frame is not fused and the model is kept. Throws Error if the frame's size is not the camera's.
-  /// If `pixel_use` is given, it gets why each pixel was or was not used at full resolution, at the final estimate
-  /// (values of `kernels::PixelUse`); it stays empty for a frame that was not registered.
+  /// frame is not fused and the model is kept. Throws Error if the frame's size is not the camera's, or if the volume
+  /// is to be fitted to a first frame that has too few readings. If `pixel_use` is given, it gets why each pixel was or
+  /// was not used at full resolution, at the final estimate (values of `kernels::PixelUse`); it stays empty for a frame
+  /// that was not registered.
   FrameReport process(const Frame& frame, Image<std::uint8_t>* pixel_use = nullptr);
 
   /// The surface so far, world frame, metres.
