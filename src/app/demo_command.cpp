@@ -1,23 +1,24 @@
-#include <tbb/parallel_for.h>
-
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/demo_report.h"
+#include "app/error_color.h"
 #include "app/reconstruction.h"
+#include "app/simulated_sequence.h"
 #include "core/error.h"
+#include "eval/surface_error.h"
 #include "io/atomic_file.h"
 #include "io/png.h"
 #include "io/text_file.h"
-#include "io/trajectory.h"
-#include "sim/analytic_scene.h"
 #include "sim/mesh_renderer.h"
+#include "sim/scenes.h"
+#include "sim/trajectory.h"
 
 namespace plumbline::app {
 namespace {
@@ -26,7 +27,9 @@ namespace fs = std::filesystem;
 
 constexpr Pinhole kCamera{262.5f, 262.5f, 159.5f, 119.5f, 320, 240};  // a Kinect's field of view at half its size
 constexpr Pinhole kPictureCamera{1100.0f, 1100.0f, 639.5f, 479.5f, 1280, 960};
-constexpr double kDepthScale = 5000;
+constexpr double kErrorRange = 0.02;  // metres that are red
+constexpr double kFast = 12;
+constexpr int kArcFrames = 241;  // the whole arc
 
 struct DemoArguments {
   std::string output = "demo", command_line;
@@ -40,36 +43,30 @@ void write_text(const fs::path& path, const std::string& text) {
   file.commit();
 }
 
-std::string image_name(const char* folder, Nanoseconds time) {
-  return fmt::format("{}/{}.png", folder, format_seconds(time, 9));
+/// The desk along an arc, `speed` times as fast as a calm hand, with an early depth camera's errors.
+SimulatedSequence demo_sequence(const sim::Scene& scene, int frames, double speed) {
+  constexpr double kArc = 8;  // seconds; a longer sequence has a longer one
+  SimulatedSequence sequence;
+  sim::PathOptions path;
+  path.duration = std::max(kArc, (frames - 1) / sequence.rate);
+  const sim::Motion motion = sim::make_path("orbit", scene, path).faster(speed);
+  sequence.scene = scene.name;
+  sequence.trajectory = "orbit";
+  sequence.speed = speed;
+  sequence.frames = std::max(3, static_cast<int>(frames / speed));
+  sequence.duration = (sequence.frames - 1) / sequence.rate;
+  sequence.world_from_camera = [motion](double t) { return motion.at(t); };
+  sequence.camera.camera = kCamera;
+  sequence.camera.model.distortion = 0;  // a calibrated one
+  sequence.placement = sim::judge(motion, scene, SE3());
+  return sequence;
 }
 
-std::string image_list(const char* folder, const Trajectory& poses) {
-  std::string list = "# timestamp filename\n";
-  for (const StampedPose& pose : poses)
-    list += fmt::format("{} {}\n", format_seconds(pose.time, 9), image_name(folder, pose.time));
-  return list;
-}
-
-/// Renders the scene along the poses into a TUM RGB-D folder.
-void write_sequence(const fs::path& folder, const sim::AnalyticScene& scene, const Trajectory& poses) {
-  for (const char* name : {"depth", "rgb"}) ensure_directory((folder / name).string());
-  tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
-    const Frame frame = sim::render(scene, kCamera, poses[i].world_from_camera, poses[i].time, kDepthScale);
-    write_depth_png((folder / image_name("depth", poses[i].time)).string(), frame.depth);
-    write_color_png((folder / image_name("rgb", poses[i].time)).string(), frame.color);
-  });
-  write_text(folder / "camera-intrinsics.txt",
-             fmt::format("{} 0 {}\n0 {} {}\n0 0 1\n", kCamera.fx, kCamera.cx, kCamera.fy, kCamera.cy));
-  write_tum_trajectory((folder / "groundtruth.txt").string(), poses);
-  write_text(folder / "rgb.txt", image_list("rgb", poses));
-  write_text(folder / "depth.txt", image_list("depth", poses));  // last: with it the folder is a sequence
-}
-
-ReconstructionOptions demo_options(const DemoArguments& arguments, const SE3& initial_pose) {
+ReconstructionOptions demo_options(const DemoArguments& arguments, const SE3& initial_pose, const char* sequence,
+                                   const char* run) {
   ReconstructionOptions options;
-  options.sequence = (fs::path(arguments.output) / "sequence").string();
-  options.output = (fs::path(arguments.output) / "run").string();
+  options.sequence = (fs::path(arguments.output) / sequence).string();
+  options.output = (fs::path(arguments.output) / run).string();
   options.parameters = preset("kinectfusion");
   options.parameters.volume.resolution = 384;
   options.parameters.volume.side = 4.0;
@@ -80,39 +77,60 @@ ReconstructionOptions demo_options(const DemoArguments& arguments, const SE3& in
   return options;
 }
 
-eval::Statistics surface_error(const Mesh& mesh, const sim::AnalyticScene& scene) {
-  std::vector<double> distances(mesh.positions.size());
-  tbb::parallel_for(std::size_t{0}, distances.size(), [&](std::size_t i) {
-    const Mesh::Float3& p = mesh.positions[i];
-    distances[i] = scene.distance({p.x, p.y, p.z});
-  });
-  return eval::statistics(distances);
+/// The mesh from where most of it is seen, with the camera's path.
+void write_picture(const std::string& path, const Mesh& mesh, const Trajectory& trajectory) {
+  const sim::MeshRenderer renderer(mesh);
+  sim::RenderOptions options;
+  options.path = trajectory;
+  write_color_png(path, renderer.render(kPictureCamera, renderer.default_view(kPictureCamera, options.up), options));
 }
 
-void write_picture(const std::string& path, const Reconstruction& run) {
-  const sim::MeshRenderer renderer(run.mesh);
-  sim::RenderOptions options;
-  options.path = run.trajectory;
-  write_color_png(path, renderer.render(kPictureCamera, renderer.default_view(kPictureCamera, options.up), options));
+/// Green for none, over yellow to red for 2 cm and more.
+Mesh painted_by_error(Mesh mesh, const std::vector<double>& errors) {
+  mesh.colors.clear();
+  for (const double error : errors) mesh.colors.push_back(error_color(error, kErrorRange));
+  return mesh;
+}
+
+/// The same arc at several times the speed, in a sentence: what fast motion does.
+std::string fast_motion(const DemoArguments& arguments, const sim::Scene& scene) {
+  const SimulatedSequence sequence = demo_sequence(scene, kArcFrames, kFast);
+  const fs::path folder(arguments.output);
+  write_simulated_sequence((folder / "sequence_fast").string(), scene.mesh, sequence);
+  ReconstructionOptions options = demo_options(arguments, sequence.world_from_camera(0), "sequence_fast", "run_fast");
+  options.quiet = true;
+  options.mesh = false;
+  const std::string how = fmt::format("The same path {:g} times as fast: ", kFast);
+  try {
+    const Reconstruction run = reconstruct(options);
+    return how + fmt::format("{} of {} frames were lost, and the camera's path is {} from the truth.", run.lost(),
+                             run.frames.size(),
+                             run.ate ? fmt::format("{:.1f} mm (rmse)", 1e3 * run.ate->translation.rmse)
+                                     : std::string("an unknown distance"));
+  } catch (const Error&) {
+    return how + "the camera was lost at once.";
+  }
 }
 
 int demo(const DemoArguments& arguments) {
   const fs::path folder(arguments.output);
-  const sim::AnalyticScene scene = sim::desk_corner();
-  sim::OrbitOptions orbit;
-  orbit.frames = arguments.frames;
-  const Trajectory poses = sim::orbit(orbit);
-  say("rendering {} frames of a desk in the corner of a room", poses.size());
-  write_sequence(folder / "sequence", scene, poses);
+  const sim::Scene scene = sim::make_scene("desk");
+  const SimulatedSequence sequence = demo_sequence(scene, arguments.frames, 1);
+  say("simulating {} frames of a desk in an office", sequence.frames);
+  write_simulated_sequence((folder / "sequence").string(), scene.mesh, sequence);
 
-  const Reconstruction run = reconstruct(demo_options(arguments, poses.front().world_from_camera));
+  const Reconstruction run = reconstruct(demo_options(arguments, sequence.world_from_camera(0), "sequence", "run"));
   if (run.signal != 0) return 128 + run.signal;
-  const std::string picture = (folder / "mesh.png").string(), report = (folder / "report.html").string();
-  write_picture(picture, run);
-  const DemoResult result{run, surface_error(run.mesh, scene), read_file(picture)};
+  const std::vector<double> errors = eval::distances_to_mesh(run.mesh.positions, scene.mesh);
+  const std::string picture = (folder / "mesh.png").string(), error_picture = (folder / "error.png").string(),
+                    report = (folder / "report.html").string();
+  write_picture(picture, run.mesh, run.trajectory);
+  write_picture(error_picture, painted_by_error(run.mesh, errors), run.trajectory);
+  const DemoResult result{run, eval::statistics(errors), read_file(picture), read_file(error_picture),
+                          fast_motion(arguments, scene)};
   write_text(report, report_html(result));
-  say("\n{}\n\nreport   {}\npicture  {}\nmesh     {}", verdict(result), report, picture,
-      (folder / "run" / "mesh.ply").string());
+  say("\n{}\n{}\n\nreport   {}\npicture  {}\nerrors   {}\nmesh     {}", verdict(result), result.fast_motion, report,
+      picture, error_picture, (folder / "run" / "mesh.ply").string());
   return 0;
 }
 
@@ -121,7 +139,7 @@ int demo(const DemoArguments& arguments) {
 void add_demo_command(CLI::App& app, Command& chosen, const std::string& command_line) {
   const auto arguments = std::make_shared<DemoArguments>();
   arguments->command_line = command_line;
-  CLI::App* command = app.add_subcommand("demo", "Scan a made-up desk and show how well that went");
+  CLI::App* command = app.add_subcommand("demo", "Scan a simulated desk and show how well that went");
   command->add_option("-o,--output", arguments->output, "Folder for all of it")
       ->capture_default_str()
       ->type_name("DIR");

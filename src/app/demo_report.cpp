@@ -35,6 +35,10 @@ constexpr std::string_view kPage = R"html(<!doctype html>
 <h1>Plumbline demo</h1>
 <p class="verdict">@VERDICT@</p>
 <img src="data:image/png;base64,@PICTURE@" alt="The reconstructed mesh with the camera's path">
+<p>@FAST@</p>
+<h2>Distance to the true surface</h2>
+<img src="data:image/png;base64,@ERRORS@" alt="The mesh painted by its error">
+<p>Green: none. Yellow: 1 cm. Red: 2 cm and more.</p>
 <h2>Figures</h2>
 <table>
 @ROWS@</table>
@@ -166,8 +170,10 @@ std::string verdict(const DemoResult& result) {
 
 std::string report_html(const DemoResult& result) {
   std::string page(kPage);
-  const std::array<std::pair<std::string_view, std::string>, 4> parts = {{{"@VERDICT@", escaped(verdict(result))},
+  const std::array<std::pair<std::string_view, std::string>, 6> parts = {{{"@VERDICT@", escaped(verdict(result))},
                                                                           {"@PICTURE@", base64(result.picture_png)},
+                                                                          {"@FAST@", escaped(result.fast_motion)},
+                                                                          {"@ERRORS@", base64(result.error_png)},
                                                                           {"@ROWS@", rows(result)},
                                                                           {"@PLOTS@", plots(result.run)}}};
   for (const auto& [mark, text] : parts) page.replace(page.find(mark), mark.size(), text);

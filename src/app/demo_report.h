@@ -12,6 +12,8 @@ struct DemoResult {
   const Reconstruction& run;
   eval::Statistics surface;  ///< metres, the mesh's vertices to the scene's true surfaces
   std::string picture_png;   ///< bytes of the mesh's picture
+  std::string error_png;     ///< bytes of the picture of the mesh painted by its error, red from 2 cm
+  std::string fast_motion;   ///< what came of the same path played fast, in a sentence
 };
 
 /// Whether the demo shows what it should, in one sentence.

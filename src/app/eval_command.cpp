@@ -7,6 +7,7 @@
 
 #include "app/commands.h"
 #include "app/console.h"
+#include "app/eval_surface.h"
 #include "core/time.h"
 #include "eval/trajectory_error.h"
 #include "io/trajectory.h"
@@ -111,8 +112,7 @@ void add_common(CLI::App& command, EvalArguments& arguments) {
 
 void add_eval_command(CLI::App& app, Command& chosen) {
   const auto arguments = std::make_shared<EvalArguments>();
-  CLI::App* command =
-      app.add_subcommand("eval", "Compare a trajectory with the truth, as the TUM RGB-D benchmark does");
+  CLI::App* command = app.add_subcommand("eval", "Compare a trajectory or a mesh with the truth");
   command->require_subcommand(1);
 
   CLI::App* ate = command->add_subcommand("ate", "Absolute trajectory error");
@@ -135,6 +135,7 @@ void add_eval_command(CLI::App& app, Command& chosen) {
       ->type_name("UNIT");
   rpe->add_flag("--all-pairs", arguments->all_pairs, "Every pair of poses (thinned to 10000) in place of --delta");
   rpe->callback([arguments, &chosen] { chosen = [arguments] { return evaluate_rpe(*arguments); }; });
+  add_eval_surface(*command, chosen);
 }
 
 }  // namespace plumbline::app

@@ -1,0 +1,278 @@
+#include "sim/trajectory.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/error.h"
+#include "sim/analytic_scene.h"
+#include "sim/random.h"
+
+namespace plumbline::sim {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr const char* kWhere = "trajectory";
+constexpr double kPi = std::numbers::pi;
+constexpr double kControlInterval = 0.04;  ///< seconds; a hand moves little above 6 Hz
+
+// ---- regression
+
+struct Sample {
+  double t;
+  SE3 pose;
+};
+
+/// Weighted quadratic through values at times about `t0`: its value there.
+Eigen::Matrix<double, 6, 1> quadratic_at(const std::vector<double>& times, const std::vector<Vector6d>& values,
+                                         const std::vector<double>& weights) {
+  Matrix3d normal = Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 6> right = Eigen::Matrix<double, 3, 6>::Zero();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const Vector3d basis(1, times[i], times[i] * times[i]);
+    normal += weights[i] * basis * basis.transpose();
+    right += weights[i] * basis * values[i].transpose();
+  }
+  return normal.ldlt().solve(right).row(0).transpose();
+}
+
+/// Across a gap of the capture nothing is known: the straight way from its one end to the other.
+SE3 bridge(const Sample& before, const Sample& after, double t) {
+  const double share = (t - before.t) / (after.t - before.t);
+  const Vector3d turn = so3::log(before.pose.rotation().transpose() * after.pose.rotation());
+  return {before.pose.rotation() * so3::exp(share * turn),
+          before.pose.translation() + share * (after.pose.translation() - before.pose.translation())};
+}
+
+/// Pose of the local regression at t0; the window grows until it holds five samples.
+SE3 regress(const std::vector<Sample>& samples, double t0, double window) {
+  const auto by_time = [](const Sample& s, double t) { return s.t < t; };
+  const auto middle = std::lower_bound(samples.begin(), samples.end(), t0, by_time);
+  if (middle != samples.begin() && middle != samples.end() && middle->t - (middle - 1)->t > 4 * window)
+    return bridge(*(middle - 1), *middle, t0);
+  auto first = std::lower_bound(samples.begin(), samples.end(), t0 - window, by_time);
+  auto last = std::lower_bound(samples.begin(), samples.end(), t0 + window, by_time);
+  constexpr std::ptrdiff_t kFewest = 5;
+  while (last - first < kFewest) {
+    if (first != samples.begin()) --first;
+    if (last != samples.end()) ++last;
+  }
+  const double reach = 1.01 * std::max({window, t0 - first->t, (last - 1)->t - t0});
+  const SE3& origin = (middle == samples.end() ? samples.back() : *middle).pose;
+  std::vector<double> times, weights;
+  std::vector<Vector6d> values;
+  for (auto s = first; s != last; ++s) {
+    const double share = std::abs(s->t - t0) / reach, tricube = 1 - share * share * share;
+    Vector6d value;
+    value << so3::log(s->pose.rotation() * origin.rotation().transpose()), s->pose.translation() - origin.translation();
+    times.push_back((s->t - t0) / reach);
+    weights.push_back(tricube * tricube * tricube);
+    values.push_back(value);
+  }
+  const Vector6d value = quadratic_at(times, values, weights);
+  return {so3::exp(value.head<3>()) * origin.rotation(), value.tail<3>() + origin.translation()};
+}
+
+// ---- made-up paths
+
+/// Band-limited noise of unit rms: a sum of sines between two frequencies (Hz).
+class Tremor {
+ public:
+  Tremor(std::uint64_t key, double low, double high) {
+    Random random(key);
+    for (Sine& sine : sines_) sine = {random.uniform(low, high), random.uniform(0, 2 * kPi)};
+  }
+
+  double at(double seconds) const {
+    double sum = 0;
+    for (const Sine& s : sines_) sum += std::sin(2 * kPi * s.frequency * seconds + s.phase);
+    return sum * std::sqrt(2.0 / kSines);
+  }
+
+ private:
+  static constexpr int kSines = 7;
+  struct Sine {
+    double frequency, phase;
+  };
+  std::array<Sine, kSines> sines_{};
+};
+
+/// Three of them, for a vector.
+struct Tremor3 {
+  Tremor x, y, z;
+  Tremor3(std::uint64_t key, double low, double high)
+      : x(stream(key, 1), low, high), y(stream(key, 2), low, high), z(stream(key, 3), low, high) {}
+  Vector3d at(double t) const { return {x.at(t), y.at(t), z.at(t)}; }
+};
+
+struct Frame3 {
+  Vector3d focus;
+  double radius, height;
+};
+
+SE3 orbit_view(const Frame3& f, const PathOptions& o, double t) {
+  const double phase = 2 * kPi * t / std::max(o.duration, 1e-9);
+  const double azimuth = -0.9 + 0.5 * o.span * std::sin(phase);
+  const double r = f.radius * (1 + 0.06 * std::sin(2 * phase + 0.7)), h = f.height * (1 + 0.15 * std::sin(3 * phase));
+  return look_at(f.focus + Vector3d(r * std::cos(azimuth), r * std::sin(azimuth), h), f.focus);
+}
+
+SE3 sweep_view(const Frame3& f, const PathOptions& o, double t) {
+  const double share = 0.5 - 0.5 * std::cos(kPi * std::min(1.0, t / std::max(o.duration, 1e-9)));
+  const Vector3d offset(0.75 * o.span * (2 * share - 1), 0, 0);
+  return look_at(f.focus + offset + Vector3d(0, -f.radius, f.height), f.focus + 0.8 * offset);
+}
+
+SE3 handheld_view(const Frame3& f, const PathOptions& o, double t) {
+  const Tremor3 eye(stream(o.seed, 41), 0.05, 0.35), aim(stream(o.seed, 42), 0.08, 0.6);
+  const Vector3d reach(0.18 * f.radius, 0.12 * f.radius, 0.12 * f.radius);
+  const Vector3d home = f.focus + Vector3d(0.35 * f.radius, -0.9 * f.radius, f.height);
+  return look_at(home + reach.cwiseProduct(eye.at(t)), f.focus + 0.16 * f.radius * aim.at(t));
+}
+
+SE3 turntable_view(const Frame3& f, const PathOptions& o, double t) {
+  const double azimuth = 2 * kPi * t / std::max(o.duration, 1e-9);
+  return look_at(f.focus + Vector3d(f.radius * std::cos(azimuth), f.radius * std::sin(azimuth), f.height), f.focus);
+}
+
+struct Kind {
+  const char* name;
+  SE3 (*view)(const Frame3&, const PathOptions&, double);
+  bool trembles;
+};
+constexpr std::array<Kind, 4> kKinds = {{{"orbit", &orbit_view, true},
+                                         {"sweep", &sweep_view, true},
+                                         {"handheld", &handheld_view, true},
+                                         {"turntable", &turntable_view, false}}};
+
+}  // namespace
+
+// ---- Motion
+
+Motion::Motion(std::vector<SE3> controls, double interval) : controls_(std::move(controls)), interval_(interval) {
+  if (controls_.size() < 2 || !(interval > 0))
+    throw Error("a motion needs two poses and a positive interval", kWhere, "give a longer path");
+  for (const SE3& pose : controls_)
+    if (!pose.is_finite()) throw Error("a pose of the path is not finite", kWhere, "remove it");
+  duration_ = interval_ * static_cast<double>(controls_.size() - 1);
+}
+
+SE3 Motion::at(double seconds) const {
+  const double position = std::clamp(seconds, 0.0, duration_) / interval_;
+  const auto last = static_cast<std::ptrdiff_t>(controls_.size()) - 1;
+  const auto i = std::min(static_cast<std::ptrdiff_t>(position), last - 1);
+  const double u = position - static_cast<double>(i), u2 = u * u, u3 = u2 * u;
+  const auto control = [&](std::ptrdiff_t k) -> const SE3& {
+    return controls_[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
+  };
+  const std::array<double, 3> cumulative = {(5 + 3 * u - 3 * u2 + u3) / 6, (1 + 3 * u + 3 * u2 - 2 * u3) / 6, u3 / 6};
+  Matrix3d rotation = control(i - 1).rotation();
+  Vector3d translation = control(i - 1).translation();
+  for (std::ptrdiff_t k = 0; k < 3; ++k) {
+    const SE3 &a = control(i - 1 + k), &b = control(i + k);
+    const double weight = cumulative[static_cast<std::size_t>(k)];
+    rotation = rotation * so3::exp(weight * so3::log(a.rotation().transpose() * b.rotation()));
+    translation += weight * (b.translation() - a.translation());
+  }
+  return SE3(rotation, translation).normalized();
+}
+
+Motion Motion::faster(double factor) const {
+  if (!(factor > 0)) throw Error("the speed is not positive", kWhere, "give a factor such as 2");
+  return {controls_, interval_ / factor};
+}
+
+Motion Motion::placed(const SE3& placed_from_world) const {
+  std::vector<SE3> moved;
+  moved.reserve(controls_.size());
+  for (const SE3& pose : controls_) moved.push_back((placed_from_world * pose).normalized());
+  return {std::move(moved), interval_};
+}
+
+Motion smooth_motion(const Trajectory& recorded, double window, Smoothing* lost) {
+  constexpr std::size_t kFewest = 5;
+  if (recorded.size() < kFewest)
+    throw Error("has " + std::to_string(recorded.size()) + " poses, too few for a smooth path", kWhere,
+                "give a trajectory of at least 5 poses");
+  std::vector<Sample> samples;
+  samples.reserve(recorded.size());
+  for (const StampedPose& pose : recorded)
+    samples.push_back({to_seconds(pose.time - recorded.front().time), pose.world_from_camera});
+  const double duration = samples.back().t;
+  const int intervals = std::max(1, static_cast<int>(std::lround(duration / kControlInterval)));
+  std::vector<SE3> controls;
+  for (int i = 0; i <= intervals; ++i) controls.push_back(regress(samples, duration * i / intervals, window));
+  Motion motion(std::move(controls), duration / intervals);
+  if (lost == nullptr) return motion;
+  *lost = {};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const SE3 pose = motion.at(samples[i].t);
+    const double angle = so3::angle(pose.rotation().transpose() * samples[i].pose.rotation());
+    lost->translation_rms += (pose.translation() - samples[i].pose.translation()).squaredNorm();
+    lost->rotation_rms += angle * angle;
+    if (i > 0) lost->longest_gap = std::max(lost->longest_gap, samples[i].t - samples[i - 1].t);
+  }
+  lost->translation_rms = std::sqrt(lost->translation_rms / static_cast<double>(samples.size()));
+  lost->rotation_rms = std::sqrt(lost->rotation_rms / static_cast<double>(samples.size()));
+  return motion;
+}
+
+std::vector<std::string> path_kinds() {
+  std::vector<std::string> names;
+  for (const Kind& kind : kKinds) names.emplace_back(kind.name);
+  return names;
+}
+
+Motion make_path(const std::string& name, const Scene& scene, const PathOptions& options) {
+  const auto* kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& k) { return name == k.name; });
+  if (kind == kKinds.end())
+    throw Error("there is no path '" + name + "'", kWhere, "take orbit, sweep, handheld, turntable, or a TUM file");
+  if (!(options.duration > 0)) throw Error("the duration is not positive", kWhere, "give seconds");
+  Frame3 frame{scene.focus, options.radius, options.height};
+  if (!(frame.radius > 0)) frame.radius = std::clamp(1.35 * scene.focus_radius, 0.3, 1.9);
+  if (frame.height == 0) frame.height = 0.4 * frame.radius;
+  const Tremor3 move(stream(options.seed, 43), 0.4, 4.0), turn(stream(options.seed, 44), 0.4, 4.0);
+  const double shake = kind->trembles ? options.shake : 0;
+  const int intervals = std::max(2, static_cast<int>(std::ceil(options.duration / kControlInterval)));
+  std::vector<SE3> controls;
+  for (int i = 0; i <= intervals; ++i) {
+    const double t = options.duration * i / intervals;
+    const SE3 smooth = kind->view(frame, options, t);
+    controls.emplace_back(smooth.rotation() * so3::exp(0.005 * shake * turn.at(t) / std::sqrt(3.0)),
+                          smooth.translation() + 0.004 * shake * move.at(t) / std::sqrt(3.0));
+  }
+  return {std::move(controls), options.duration / intervals};
+}
+
+// ---- TurnPairs
+
+TurnPairs::TurnPairs(Motion path, double angle, double rate, std::uint64_t seed)
+    : path_(std::move(path)), angle_(angle), rate_(rate), seed_(stream(seed, 45)) {
+  if (!(rate > 0) || !std::isfinite(angle)) throw Error("the turn or the rate is not a number", kWhere, "correct it");
+}
+
+Matrix3d TurnPairs::turn(int pair) const {
+  const double azimuth = 2 * kPi * uniform_at(seed_, static_cast<std::uint64_t>(pair));
+  return so3::exp(angle_ * Vector3d(std::cos(azimuth), std::sin(azimuth), 0));
+}
+
+/// Between frames the camera goes on smoothly, standing still at each, so that a sensor sees a motion that can be.
+SE3 TurnPairs::at(double seconds) const {
+  const double frame = std::max(0.0, seconds * rate_);
+  const int pair = static_cast<int>(frame / 2);
+  const double within = frame - 2 * pair, step = within < 1 ? within : within - 1;
+  const double share = step * step * step * (10 + step * (6 * step - 15));
+  const SE3 view = path_.at(2 * pair / rate_), next = path_.at(2 * (pair + 1) / rate_);
+  const Matrix3d full = turn(pair);
+  if (within < 1) return {view.rotation() * so3::exp(share * so3::log(full)), view.translation()};
+  const Matrix3d turned = view.rotation() * full;
+  return {turned * so3::exp(share * so3::log(turned.transpose() * next.rotation())),
+          view.translation() + share * (next.translation() - view.translation())};
+}
+
+}  // namespace plumbline::sim
