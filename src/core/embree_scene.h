@@ -1,10 +1,15 @@
-// Owners of Embree's handles and the one way a mesh becomes a scene. Header-only, so that `core` itself does not need
-// Embree: a folder that includes it links `embree`.
+// Owners of Embree's handles, the one way a mesh becomes a scene, and the questions that are asked of it. Header-only,
+// so that `core` itself does not need Embree: a folder that includes it links `embree`.
 #pragma once
 
 #include <embree3/rtcore.h>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -76,6 +81,100 @@ inline Scene make_scene(RTCDevice device, const Mesh& mesh, const std::string& w
   rtcCommitScene(scene.get());
   check(device, where);
   return scene;
+}
+
+inline RTCRayHit make_ray(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near) {
+  RTCRayHit r{};
+  r.ray.org_x = origin.x();
+  r.ray.org_y = origin.y();
+  r.ray.org_z = origin.z();
+  r.ray.dir_x = direction.x();
+  r.ray.dir_y = direction.y();
+  r.ray.dir_z = direction.z();
+  r.ray.tnear = near;
+  r.ray.tfar = std::numeric_limits<float>::infinity();
+  r.ray.mask = ~0U;
+  r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  return r;
+}
+
+/// The first surface beyond `near`, in lengths of `direction`; `hit.geomID` is RTC_INVALID_GEOMETRY_ID without one.
+inline RTCRayHit intersect(RTCScene scene, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                           float near = 0) {
+  RTCRayHit ray = make_ray(origin, direction, near);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, &ray);
+  return ray;
+}
+
+/// Whether anything stops a ray within `distance`, in lengths of `direction`.
+inline bool is_occluded(RTCScene scene, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                        float distance) {
+  RTCRay ray = make_ray(origin, direction, 0).ray;
+  ray.tfar = distance;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, &ray);
+  return ray.tfar < 0;
+}
+
+namespace detail {
+
+inline double squared_distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                          const Eigen::Vector3d& b) {
+  const Eigen::Vector3d ab = b - a;
+  const double length2 = ab.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
+  return (a + t * ab - p).squaredNorm();
+}
+
+/// To the plane where the foot of the perpendicular falls inside, to the nearest edge otherwise; also right for
+/// triangles without area.
+inline double distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                   const Eigen::Vector3d& c) {
+  const Eigen::Vector3d n = (b - a).cross(c - a);
+  const bool inside =
+      n.dot((b - a).cross(p - a)) >= 0 && n.dot((c - b).cross(p - b)) >= 0 && n.dot((a - c).cross(p - c)) >= 0;
+  if (inside && n.squaredNorm() > 0) return std::abs(n.normalized().dot(p - a));
+  return std::sqrt(std::min({squared_distance_to_segment(p, a, b), squared_distance_to_segment(p, b, c),
+                             squared_distance_to_segment(p, c, a)}));
+}
+
+/// What Embree hands back for each triangle within the radius of a point query.
+struct NearestTriangle {
+  const Mesh* mesh;
+  Eigen::Vector3d point;
+  double best;
+
+  static bool visit(RTCPointQueryFunctionArguments* arguments) {
+    auto* query = static_cast<NearestTriangle*>(arguments->userPtr);
+    const Mesh::Triangle& t = query->mesh->triangles[arguments->primID];
+    const auto corner = [&](std::uint32_t i) {
+      const Mesh::Float3& p = query->mesh->positions[i];
+      return Eigen::Vector3d(p.x, p.y, p.z);
+    };
+    const double distance = distance_to_triangle(query->point, corner(t.a), corner(t.b), corner(t.c));
+    if (distance >= query->best) return false;
+    query->best = distance;
+    // Rounded up, so that single precision does not shut out a triangle that is nearer still.
+    arguments->query->radius = std::nextafter(static_cast<float>(distance), std::numeric_limits<float>::infinity());
+    return true;
+  }
+};
+
+}  // namespace detail
+
+/// Metres from a point to the nearest triangle of the mesh that `scene` was made of, at most `limit`; in double.
+inline double distance_to_mesh(RTCScene scene, const Mesh& mesh, const Eigen::Vector3d& point,
+                               double limit = std::numeric_limits<double>::infinity()) {
+  const Eigen::Vector3f centre = point.cast<float>();
+  RTCPointQuery query{centre.x(), centre.y(), centre.z(), 0, static_cast<float>(limit)};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  detail::NearestTriangle state{&mesh, point, limit};
+  rtcPointQuery(scene, &query, &context, &detail::NearestTriangle::visit, &state);
+  return state.best;
 }
 
 }  // namespace plumbline::embree

@@ -45,50 +45,6 @@ struct TriangleCorners {
   double area() const { return (b - a).cross(c - a).norm() / 2; }
 };
 
-double squared_distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const Vector3d ab = b - a;
-  const double length2 = ab.squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
-  return (a + t * ab - p).squaredNorm();
-}
-
-/// To the plane where the foot of the perpendicular falls inside, to the nearest edge otherwise; also right for
-/// triangles without area.
-double distance_to_triangle(const Vector3d& p, const TriangleCorners& t) {
-  const Vector3d n = (t.b - t.a).cross(t.c - t.a);
-  const bool inside = n.dot((t.b - t.a).cross(p - t.a)) >= 0 && n.dot((t.c - t.b).cross(p - t.b)) >= 0 &&
-                      n.dot((t.a - t.c).cross(p - t.c)) >= 0;
-  if (inside && n.squaredNorm() > 0) return std::abs(n.normalized().dot(p - t.a));
-  return std::sqrt(std::min({squared_distance_to_segment(p, t.a, t.b), squared_distance_to_segment(p, t.b, t.c),
-                             squared_distance_to_segment(p, t.c, t.a)}));
-}
-
-/// What Embree hands back for each triangle within the radius of a point query.
-struct MeshQuery {
-  const Mesh* mesh;
-  Vector3d point;
-  double best = std::numeric_limits<double>::infinity();
-
-  static bool visit(RTCPointQueryFunctionArguments* arguments) {
-    auto* query = static_cast<MeshQuery*>(arguments->userPtr);
-    const double distance = distance_to_triangle(query->point, TriangleCorners(*query->mesh, arguments->primID));
-    if (distance >= query->best) return false;
-    query->best = distance;
-    // Rounded up, so that single precision does not shut out a triangle that is nearer still.
-    arguments->query->radius = std::nextafter(static_cast<float>(distance), std::numeric_limits<float>::infinity());
-    return true;
-  }
-};
-
-double distance_in_scene(RTCScene scene, const Mesh& mesh, const Mesh::Float3& p) {
-  RTCPointQuery query{p.x, p.y, p.z, 0, std::numeric_limits<float>::infinity()};
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  MeshQuery state{&mesh, to_vector(p)};
-  rtcPointQuery(scene, &query, &context, &MeshQuery::visit, &state);
-  return state.best;
-}
-
 template <class Distance>
 std::vector<double> for_each_point(std::span<const Mesh::Float3> points, const Distance& distance) {
   std::vector<double> distances(points.size());
@@ -203,7 +159,8 @@ std::vector<double> distances_to_mesh(std::span<const Mesh::Float3> points, cons
   check_finite(reference.positions);
   const embree::Device device = embree::make_device();
   const embree::Scene scene = embree::make_scene(device.get(), reference, kWhere);
-  return for_each_point(points, [&](const Mesh::Float3& p) { return distance_in_scene(scene.get(), reference, p); });
+  return for_each_point(
+      points, [&](const Mesh::Float3& p) { return embree::distance_to_mesh(scene.get(), reference, to_vector(p)); });
 }
 
 SurfaceError surface_error(std::span<const double> to_reference, std::span<const double> from_reference,

@@ -83,7 +83,7 @@ struct Raycast {
 
   /// Depth at which the ray leaves the brick that holds p.
   template <class F>
-  PL_HD static F brick_exit(const Ray<F>& ray, const F& bx, const F& by, const F& bz) {
+  PL_HD static F leaves_brick_at(const Ray<F>& ray, const F& bx, const F& by, const F& bz) {
     const float side = static_cast<float>(kBrickSide);
     const auto far_side = [&](const F& brick, const F& direction, const F& origin, const F& inverse) {
       const F plane = (brick + select(direction > F(0.0f), F(1.0f), F(0.0f))) * side;
@@ -110,7 +110,7 @@ struct Raycast {
       const Int<F> bx = shift_right<3>(x), by = shift_right<3>(y), bz = shift_right<3>(z);
       const auto occupied = active && to_float(gather_int(volume.occupied, volume.brick_index(bx, by, bz))) > F(0.5f);
       // An empty brick is left by a hair's breadth, so that the next look-up falls into its neighbour.
-      F step = max(brick_exit(ray, to_float(bx), to_float(by), to_float(bz)) - *t, zero) + voxel_step * 0.01f;
+      F step = max(leaves_brick_at(ray, to_float(bx), to_float(by), to_float(bz)) - *t, zero) + voxel_step * 0.01f;
       F value = zero;
       if (any(occupied)) {
         const Voxel<F> voxel = unpack<F>(gather_int(volume.voxels, volume.index(x, y, z)));

@@ -63,41 +63,6 @@ std::uint8_t to_srgb(float linear) {
 
 Vector3f mix(const Vector3f& a, const Vector3f& b, float share) { return a + (b - a) * share; }
 
-// ---- rays
-
-RTCRayHit make_ray(const Vector3f& origin, const Vector3f& direction, float near) {
-  RTCRayHit r{};
-  r.ray.org_x = origin.x();
-  r.ray.org_y = origin.y();
-  r.ray.org_z = origin.z();
-  r.ray.dir_x = direction.x();
-  r.ray.dir_y = direction.y();
-  r.ray.dir_z = direction.z();
-  r.ray.tnear = near;
-  r.ray.tfar = std::numeric_limits<float>::infinity();
-  r.ray.mask = ~0U;
-  r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  return r;
-}
-
-/// True if a ray from `origin` along `direction` (unit) is stopped within `distance` metres.
-bool is_occluded(RTCScene scene, const Vector3f& origin, const Vector3f& direction, float distance) {
-  RTCRay ray = make_ray(origin, direction, 0).ray;
-  ray.tfar = distance;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scene, &context, &ray);
-  return ray.tfar < 0;
-}
-
-RTCRayHit intersect(RTCScene scene, const Vector3f& origin, const Vector3f& direction, float near) {
-  RTCRayHit ray = make_ray(origin, direction, near);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene, &context, &ray);
-  return ray;
-}
-
 // ---- geometry
 
 /// Vertex normals as the sum of the triangles' area vectors, for meshes that bring none.
@@ -305,7 +270,7 @@ RTCRayHit MeshRenderer::Implementation::first_hit(const Job& job, const Vector3f
   float near = 0;
   RTCRayHit hit{};
   for (int layer = 0; layer < kMostLayers; ++layer) {
-    hit = plumbline::sim::intersect(scene_.get(), job.origin, direction, near);
+    hit = embree::intersect(scene_.get(), job.origin, direction, near);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID || job.options.back_faces == BackFaces::darker) return hit;
     const Vector3f normal(hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z);
     if (normal.dot(direction) < 0) return hit;
@@ -366,7 +331,7 @@ float MeshRenderer::Implementation::openness(const Job& job, const SurfacePoint&
     ++cast;
     // Rays of evenly spread lengths make a near occluder count for more than a far one.
     const float reach = distance * radical_inverse(static_cast<std::uint32_t>(sample * rays + k + 1));
-    if (!is_occluded(scene_.get(), origin, direction, reach)) ++open;
+    if (!embree::is_occluded(scene_.get(), origin, direction, reach)) ++open;
   }
   return cast == 0 ? 1.0f : static_cast<float>(open) / static_cast<float>(cast);
 }
@@ -393,7 +358,7 @@ void MeshRenderer::Implementation::add_sample(const Job& job, int x, int y, int 
   const Vector3f direction = (job.world_from_camera * ray.cast<float>()).normalized();
   const RTCRayHit hit = first_hit(job, direction);
   if (job.tube) {
-    const RTCRayHit tube = plumbline::sim::intersect(job.tube.get(), job.origin, direction, 0);
+    const RTCRayHit tube = embree::intersect(job.tube.get(), job.origin, direction, 0);
     if (tube.hit.geomID != RTC_INVALID_GEOMETRY_ID && tube.ray.tfar < hit.ray.tfar) {
       const Vector3f normal = Vector3f(tube.hit.Ng_x, tube.hit.Ng_y, tube.hit.Ng_z).normalized();
       const float share = (static_cast<float>(tube.hit.primID) + tube.hit.u) / job.setting.tube_segments;
@@ -502,7 +467,7 @@ double MeshRenderer::Implementation::visible_front(const Pinhole& camera, const 
       const Vector3d ray(((column + 0.5) * camera.width / kColumns - 0.5 - double{camera.cx}) / camera.fx,
                          ((row + 0.5) * camera.height / kRows - 0.5 - double{camera.cy}) / camera.fy, 1);
       const Vector3f direction = (world_from_camera.rotation() * ray).normalized().cast<float>();
-      const RTCRayHit hit = plumbline::sim::intersect(scene_.get(), origin, direction, 0);
+      const RTCRayHit hit = embree::intersect(scene_.get(), origin, direction, 0);
       if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
       score += Vector3f(hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z).dot(direction) < 0 ? 1 : -2;
     }

@@ -15,52 +15,9 @@ namespace plumbline::sim {
 namespace {
 
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 
 constexpr const char* kWhere = "placement";
 constexpr double kPi = std::numbers::pi;
-
-/// Whether a surface lies within a distance of a point, by Embree's point query.
-struct NearQuery {
-  const Mesh* mesh;
-  Vector3d point;
-  double best;
-
-  static bool visit(RTCPointQueryFunctionArguments* arguments) {
-    auto* query = static_cast<NearQuery*>(arguments->userPtr);
-    const Mesh::Triangle& t = query->mesh->triangles[arguments->primID];
-    const double distance = query->distance(t);
-    if (distance >= query->best) return false;
-    query->best = distance;
-    arguments->query->radius = static_cast<float>(distance);
-    return true;
-  }
-
-  /// Ericson, "Real-time collision detection", 2005, §5.1.5.
-  double distance(const Mesh::Triangle& t) const {
-    const auto at = [&](std::uint32_t k) {
-      return Vector3d(mesh->positions[k].x, mesh->positions[k].y, mesh->positions[k].z);
-    };
-    const Vector3d a = at(t.a), b = at(t.b), c = at(t.c), ab = b - a, ac = c - a, ap = point - a;
-    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-    if (d1 <= 0 && d2 <= 0) return ap.norm();
-    const Vector3d bp = point - b;
-    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-    if (d3 >= 0 && d4 <= d3) return bp.norm();
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return (ap - d1 / (d1 - d3) * ab).norm();
-    const Vector3d cp = point - c;
-    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-    if (d6 >= 0 && d5 <= d6) return cp.norm();
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return (ap - d2 / (d2 - d6) * ac).norm();
-    const double va = d3 * d6 - d5 * d4, u = d4 - d3, w = d5 - d6;
-    if (va <= 0 && u >= 0 && w >= 0 && u + w > 0) return (bp - u / (u + w) * (c - b)).norm();
-    const double sum = va + vb + vc;
-    if (!(sum > 0)) return std::min({ap.norm(), bp.norm(), cp.norm()});
-    return (ap - vb / sum * ab - vc / sum * ac).norm();
-  }
-};
 
 /// Rays and distances in one scene.
 class Surveyor {
@@ -72,33 +29,14 @@ class Surveyor {
 
   /// Metres along a unit direction, infinite where there is nothing.
   double ray(const Vector3d& origin, const Vector3d& direction) const {
-    RTCRayHit r{};
-    const Vector3f o = origin.cast<float>(), d = direction.cast<float>();
-    r.ray.org_x = o.x();
-    r.ray.org_y = o.y();
-    r.ray.org_z = o.z();
-    r.ray.dir_x = d.x();
-    r.ray.dir_y = d.y();
-    r.ray.dir_z = d.z();
-    r.ray.tfar = std::numeric_limits<float>::infinity();
-    r.ray.mask = ~0U;
-    r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(tree_.get(), &context, &r);
+    const RTCRayHit r = embree::intersect(tree_.get(), origin.cast<float>(), direction.cast<float>());
     return r.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::numeric_limits<double>::infinity()
                                                    : static_cast<double>(r.ray.tfar);
   }
 
   /// Metres to the nearest surface, at most `limit`.
   double clearance(const Vector3d& point, double limit) const {
-    RTCPointQuery query{static_cast<float>(point.x()), static_cast<float>(point.y()), static_cast<float>(point.z()), 0,
-                        static_cast<float>(limit)};
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    NearQuery state{&scene_.mesh, point, limit};
-    rtcPointQuery(tree_.get(), &query, &context, &NearQuery::visit, &state);
-    return state.best;
+    return embree::distance_to_mesh(tree_.get(), scene_.mesh, point, limit);
   }
 
   /// True where the path's line from one point to the next meets a surface.

@@ -20,20 +20,7 @@ struct View {
 
 bool is_clear(RTCScene scene, const Vector3d& from, const Vector3d& to) {
   constexpr float kBeforePoint = 0.998f;  // the point's own surface does not count
-  const Eigen::Vector3f origin = from.cast<float>(), direction = (to - from).cast<float>();
-  RTCRay ray{};
-  ray.org_x = origin.x();
-  ray.org_y = origin.y();
-  ray.org_z = origin.z();
-  ray.dir_x = direction.x();
-  ray.dir_y = direction.y();
-  ray.dir_z = direction.z();
-  ray.tfar = kBeforePoint;
-  ray.mask = ~0U;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scene, &context, &ray);
-  return !(ray.tfar < 0);
+  return !embree::is_occluded(scene, from.cast<float>(), (to - from).cast<float>(), kBeforePoint);
 }
 
 bool in_image(const Pinhole& k, const Vector3d& p, double min_depth, double max_depth) {
