@@ -15,12 +15,12 @@ ALLOWED = {
     "kernels": {"core"},
     "io": {"core"},
     "eval": {"core"},
-    "sim": {"core"},
+    "sim": {"core", "imu"},
     "imu": {"core"},
     "backend": {"core", "kernels"},
     "mapping": {"core", "kernels", "backend"},
     "tracking": {"core", "kernels", "backend"},
-    "pipeline": {"core", "kernels", "backend", "mapping", "tracking"},
+    "pipeline": {"core", "kernels", "imu", "backend", "mapping", "tracking"},
     "app": {"core", "kernels", "io", "eval", "sim", "imu", "backend", "mapping", "tracking", "pipeline"},
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"/]+)/')

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "core/error.h"
 #include "eval/surface_error.h"
 #include "io/atomic_file.h"
+#include "io/orientation_file.h"
 #include "io/png.h"
 #include "io/text_file.h"
 #include "sim/mesh_renderer.h"
@@ -29,7 +31,10 @@ constexpr Pinhole kCamera{262.5f, 262.5f, 159.5f, 119.5f, 320, 240};  // a Kinec
 constexpr Pinhole kPictureCamera{1100.0f, 1100.0f, 639.5f, 479.5f, 1280, 960};
 constexpr double kErrorRange = 0.02;  // metres that are red
 constexpr double kFast = 12;
-constexpr int kArcFrames = 241;  // the whole arc
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+constexpr double kTiltError = 3 / kDegreesPerRadian,
+                 kHeadingError = 10 / kDegreesPerRadian;  // a BNO055's (METHOD.md §5)
+constexpr int kArcFrames = 241;                           // the whole arc
 
 struct DemoArguments {
   std::string output = "demo", command_line;
@@ -67,10 +72,11 @@ ReconstructionOptions demo_options(const DemoArguments& arguments, const SE3& in
   ReconstructionOptions options;
   options.sequence = (fs::path(arguments.output) / sequence).string();
   options.output = (fs::path(arguments.output) / run).string();
-  options.parameters = preset("kinectfusion");
+  options.parameters = preset("plumbline");
   options.parameters.volume.resolution = 384;
   options.parameters.volume.side = 4.0;
   options.parameters.volume.offset = 0.0;
+  options.parameters.volume.truncation = 0.04;
   options.threads = arguments.threads;
   options.initial_pose = initial_pose;  // so that the mesh lies in the scene's own frame
   options.command_line = arguments.command_line;
@@ -92,24 +98,37 @@ Mesh painted_by_error(Mesh mesh, const std::vector<double>& errors) {
   return mesh;
 }
 
-/// The same arc at several times the speed, in a sentence: what fast motion does.
+/// What became of the camera in a run, in half a sentence.
+std::string outcome(const ReconstructionOptions& options) {
+  try {
+    const Reconstruction run = reconstruct(options);
+    return fmt::format("{} of {} frames were lost, and the camera's path is {} from the truth", run.lost(),
+                       run.frames.size(),
+                       run.ate ? fmt::format("{:.1f} mm (rmse)", 1e3 * run.ate->translation.rmse)
+                               : std::string("an unknown distance"));
+  } catch (const Error&) {
+    return "the camera was lost at once";
+  }
+}
+
+/// The same arc at several times the speed: what fast motion does, and what an orientation sensor does about it.
 std::string fast_motion(const DemoArguments& arguments, const sim::Scene& scene) {
-  const SimulatedSequence sequence = demo_sequence(scene, kArcFrames, kFast);
+  SimulatedSequence sequence = demo_sequence(scene, kArcFrames, kFast);
+  sequence.sensor.tilt_error = kTiltError;
+  sequence.sensor.heading_error = kHeadingError;
   const fs::path folder(arguments.output);
   write_simulated_sequence((folder / "sequence_fast").string(), scene.mesh, sequence);
   ReconstructionOptions options = demo_options(arguments, sequence.world_from_camera(0), "sequence_fast", "run_fast");
   options.quiet = true;
   options.mesh = false;
-  const std::string how = fmt::format("The same path {:g} times as fast: ", kFast);
-  try {
-    const Reconstruction run = reconstruct(options);
-    return how + fmt::format("{} of {} frames were lost, and the camera's path is {} from the truth.", run.lost(),
-                             run.frames.size(),
-                             run.ate ? fmt::format("{:.1f} mm (rmse)", 1e3 * run.ate->translation.rmse)
-                                     : std::string("an unknown distance"));
-  } catch (const Error&) {
-    return how + "the camera was lost at once.";
-  }
+  const std::string without = outcome(options);
+  options.orientation.emplace(read_orientations((folder / "sequence_fast" / "orientation.txt").string(), {}),
+                              OrientationStreamOptions());
+  options.output = (folder / "run_fast_with_sensor").string();
+  return fmt::format(
+      "The same path {:g} times as fast: {}. With the orientation of a cheap sensor, off by up to {:g}° of tilt and "
+      "{:g}° of heading: {}.",
+      kFast, without, kTiltError * kDegreesPerRadian, kHeadingError * kDegreesPerRadian, outcome(options));
 }
 
 int demo(const DemoArguments& arguments) {

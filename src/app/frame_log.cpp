@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <numbers>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -13,6 +14,8 @@
 namespace plumbline::app {
 namespace {
 
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+
 std::vector<std::string> columns(const TrackingParameters& parameters) {
   std::vector<std::string> names = {"index", "time_s", "status", "reason"};
   const int levels = static_cast<int>(parameters.iterations.size());
@@ -22,6 +25,9 @@ std::vector<std::string> columns(const TrackingParameters& parameters) {
                            "inlier_fraction",
                            "rms_m",
                            "median_distance_m",
+                           "orientation",
+                           "seed_deg",
+                           "seed_to_result_deg",
                            "rank",
                            "condition",
                            "wait_ms",
@@ -50,7 +56,7 @@ FrameLog::FrameLog(std::string path, const TrackingParameters& parameters)
       levels_(static_cast<int>(parameters.iterations.size())),
       csv_(std::make_unique<CsvWriter>(partial_, columns(parameters))) {}
 
-void FrameLog::add(const FrameReport& report, const ReadTimes& read) {
+void FrameLog::add(const FrameReport& report, const ReadTimes& read, std::string_view missing_reading) {
   const TrackingResult& tracking = report.tracking;
   std::vector<std::string> row = {std::to_string(report.index), format_seconds(report.time, 9),
                                   std::string(to_string(tracking.status)), std::string(to_string(tracking.reason))};
@@ -62,6 +68,9 @@ void FrameLog::add(const FrameReport& report, const ReadTimes& read) {
   row.push_back(fmt::format("{:.6g}", tracking.inlier_fraction));
   row.push_back(fmt::format("{:.6g}", tracking.rms));
   row.push_back(fmt::format("{:.6g}", tracking.median_distance));
+  row.emplace_back(report.orientation == OrientationUse::missing ? missing_reading : to_string(report.orientation));
+  row.push_back(fmt::format("{:.4f}", report.seed_angle * kDegreesPerRadian));
+  row.push_back(fmt::format("{:.4f}", report.seed_to_result_angle * kDegreesPerRadian));
   row.push_back(std::to_string(tracking.rank));
   row.push_back(fmt::format("{:.6g}", tracking.condition));
   const StageTimes& ms = report.milliseconds;

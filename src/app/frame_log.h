@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "app/reconstruction.h"
 #include "io/csv.h"
@@ -17,8 +18,9 @@ class FrameLog {
   /// Without a commit(): the partial table stays, as it may be all that is left of a run.
   ~FrameLog() = default;
 
-  /// Throws Error if the disk is full.
-  void add(const FrameReport& report, const ReadTimes& read);
+  /// `missing_reading`: why the frame had no reading of the orientation sensor, for a sequence that has one. Throws
+  /// Error if the disk is full.
+  void add(const FrameReport& report, const ReadTimes& read, std::string_view missing_reading);
   void commit();
 
  private:

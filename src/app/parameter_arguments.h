@@ -13,7 +13,7 @@ class App;
 namespace plumbline::app {
 
 struct ParameterArguments {
-  std::string preset = "kinectfusion", config;
+  std::string preset = "plumbline", config;
   std::vector<std::string> settings;
 };
 

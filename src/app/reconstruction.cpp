@@ -11,7 +11,9 @@
 
 #include "app/console.h"
 #include "app/frame_log.h"
+#include "app/icp_trace.h"
 #include "app/interrupt.h"
+#include "app/orientation_check.h"
 #include "app/pixel_use.h"
 #include "app/progress.h"
 #include "app/sequence_text.h"
@@ -48,6 +50,14 @@ std::string volume_text(const VolumeParameters& volume) {
                      1e3 * volume.side / resolution, volume.side, volume.truncation);
 }
 
+bool uses_orientation(const Parameters& parameters) {
+  return parameters.orientation.seed != OrientationSeed::none || parameters.orientation.term != OrientationTerm::none;
+}
+
+bool contains(const std::vector<int>& list, int value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
+}
+
 /// One run from its options to its files.
 class Runner {
  public:
@@ -76,6 +86,8 @@ class Runner {
     run_.command_line = options_.command_line;
     backend_ = make_backend(options_.backend, options_.threads);
     run_.backend = backend_->description();
+    run_.orientation = options_.orientation_source;
+    if (options_.orientation) check_.emplace(*options_.orientation);
     load_groundtruth();
     ensure_directory(options_.output);
     make_pipeline();
@@ -108,6 +120,12 @@ class Runner {
   void describe_run() const {
     if (options_.quiet) return;
     for (const std::string& line : describe(*sequence_)) say(line);
+    if (options_.orientation) {
+      say("orientation {} readings from {}", options_.orientation->samples().size(), options_.orientation_source);
+      for (const std::string& note : options_.orientation_notes) say("note       {}", note);
+      if (!uses_orientation(options_.parameters))
+        say("note       the parameters leave the orientation unused; --preset plumbline or paper uses it");
+    }
     say("volume     {}", volume_text(options_.parameters.volume));
     say("backend    {}", run_.backend);
     say("output     {}", options_.output);
@@ -119,8 +137,9 @@ class Runner {
     try {
       Prefetcher reader(*sequence_, indices);
       while (interrupt.signal() == 0) {
-        const std::optional<Frame> frame = reader.next();
+        std::optional<Frame> frame = reader.next();
         if (!frame) break;
+        add_orientation(&*frame);
         process(*frame, {reader.wait_milliseconds(), reader.decode_milliseconds()}, progress);
       }
     } catch (...) {
@@ -130,13 +149,23 @@ class Runner {
     run_.wall_seconds = progress.seconds();
   }
 
+  void add_orientation(Frame* frame) {
+    orientation_status_ = {};
+    if (!options_.orientation) return;
+    const OrientationReading reading = options_.orientation->lookup(frame->time);
+    if (reading.status == OrientationStatus::ok)
+      frame->earth_from_camera = reading.earth_from_camera;
+    else
+      orientation_status_ = to_string(reading.status);
+  }
+
   void process(const Frame& frame, const ReadTimes& read, Progress& progress) {
-    const auto& wanted = options_.pixel_use_frames;
-    const bool explain = std::find(wanted.begin(), wanted.end(), frame.index) != wanted.end();
-    Image<std::uint8_t> pixel_use;
-    const FrameReport report = pipeline_->process(frame, explain ? &pixel_use : nullptr);
+    FrameDiagnostics diagnostics;
+    diagnostics.want_pixel_use = contains(options_.pixel_use_frames, frame.index);
+    diagnostics.want_iterations = contains(options_.icp_frames, frame.index);
+    const FrameReport report = pipeline_->process(frame, &diagnostics);
     if (!log_) log_ = std::make_unique<FrameLog>(output("frames.csv"), options_.parameters.tracking);
-    log_->add(report, read);
+    log_->add(report, read, orientation_status_);
     const bool lost = report.tracking.status == TrackingStatus::lost;
     const bool was_lost = !run_.frames.empty() && run_.frames.back().tracking.status == TrackingStatus::lost;
     if (!lost) run_.trajectory.push_back({report.time, report.world_from_camera});
@@ -145,16 +174,38 @@ class Runner {
     if (lost != was_lost)
       progress.note(lost ? fmt::format("frame {} lost: {}", report.index, to_string(report.tracking.reason))
                          : fmt::format("frame {} tracked again", report.index));
+    if (check_) note_orientation(report, progress);
     progress.update(static_cast<int>(run_.frames.size()), run_.tracked(), run_.lost());
-    if (explain) explain_frame(report.index, pixel_use, progress);
+    write_diagnostics(report, diagnostics, progress);
   }
 
-  void explain_frame(int index, const Image<std::uint8_t>& pixel_use, Progress& progress) const {
-    const std::string path = output(fmt::format("pixel_use_{}.png", index));
-    if (pixel_use.empty())
-      progress.note(fmt::format("frame {} was not registered: no {}", index, path));
-    else
-      write_pixel_use(path, pixel_use);
+  void note_orientation(const FrameReport& report, Progress& progress) {
+    if (const std::optional<std::string> message = check_->observe(report)) {
+      run_.orientation_message = *message;
+      progress.note(*message);
+    }
+    const OrientationUse before =
+        run_.frames.size() > 1 ? run_.frames[run_.frames.size() - 2].orientation : report.orientation;
+    const bool distrusted = report.orientation == OrientationUse::distrusted;
+    if (distrusted != (before == OrientationUse::distrusted))
+      progress.note(fmt::format("frame {}: the orientation {}", report.index,
+                                distrusted ? "disagrees with the tracking and is not used" : "agrees again"));
+  }
+
+  void write_diagnostics(const FrameReport& report, const FrameDiagnostics& diagnostics, Progress& progress) const {
+    const auto write = [&](bool wanted, bool empty, const std::string& name, const auto& writer) {
+      if (!wanted) return;
+      if (empty)
+        progress.note(fmt::format("frame {} was not registered: no {}", report.index, output(name)));
+      else
+        writer(output(name));
+    };
+    write(diagnostics.want_pixel_use, diagnostics.pixel_use.empty(), fmt::format("pixel_use_{}.png", report.index),
+          [&](const std::string& path) { write_pixel_use(path, diagnostics.pixel_use); });
+    write(diagnostics.want_iterations, diagnostics.iterations.empty(), fmt::format("icp_{}.json", report.index),
+          [&](const std::string& path) {
+            write_text(path, icp_json(report, diagnostics.iterations, options_.parameters));
+          });
   }
 
   /// A run that never registered one frame to another has nothing to put in place of older results.
@@ -229,6 +280,8 @@ class Runner {
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<FrameLog> log_;
   Trajectory groundtruth_;
+  std::optional<OrientationCheck> check_;
+  std::string_view orientation_status_;  ///< why the current frame has no reading
   std::exception_ptr failure_;
 };
 

@@ -9,6 +9,7 @@
 #include "core/parameters.h"
 #include "core/se3.h"
 #include "eval/trajectory_error.h"
+#include "imu/orientation_stream.h"
 #include "io/sequence.h"
 #include "pipeline/pipeline.h"
 
@@ -26,7 +27,11 @@ struct ReconstructionOptions {
   SE3 initial_pose;         ///< world_from_camera of the first frame
   std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
   bool mesh = true;
-  std::vector<int> pixel_use_frames;  ///< frames whose pixels' use is painted, by their index in the sequence
+  std::optional<OrientationStream> orientation;
+  std::string orientation_source;              ///< in words, for the summary
+  std::vector<std::string> orientation_notes;  ///< what was odd about its file
+  std::vector<int> pixel_use_frames;           ///< frames whose pixels' use is painted, by their index in the sequence
+  std::vector<int> icp_frames;                 ///< frames whose iterations are written, by their index in the sequence
   bool quiet = false;
   std::string command_line;  ///< for the summary
 };
@@ -48,6 +53,8 @@ struct Reconstruction {
   Mesh mesh;                        ///< empty if none was asked for
   SE3 world_from_volume;            ///< of the volume's corner
   double volume_side = 0;           ///< metres
+  std::string orientation;          ///< source in words, or empty
+  std::string orientation_message;  ///< what the user should know about the readings, or empty
   std::string groundtruth;          ///< path, or empty
   std::optional<eval::AbsoluteError> ate;
   std::string ate_note;  ///< why there is no `ate` although there is a ground truth

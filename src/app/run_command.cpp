@@ -6,6 +6,7 @@
 #include "app/arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
+#include "app/orientation_arguments.h"
 #include "app/parameter_arguments.h"
 #include "app/reconstruction.h"
 #include "app/sequence_arguments.h"
@@ -17,9 +18,10 @@ namespace {
 struct RunArguments {
   SequenceArguments sequence;
   ParameterArguments parameters;
+  OrientationArguments orientation;
   std::string output = "out", backend = "auto", initial_pose, groundtruth;
   int threads = 0, max_frames = 0, stride = 1;
-  std::vector<int> pixel_use_frames;
+  std::vector<int> pixel_use_frames, icp_frames;
   bool no_mesh = false, quiet = false, print_config = false;
   std::string command_line;
 };
@@ -38,13 +40,14 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   options.groundtruth = arguments.groundtruth;
   options.mesh = !arguments.no_mesh;
   options.pixel_use_frames = arguments.pixel_use_frames;
+  options.icp_frames = arguments.icp_frames;
   options.quiet = arguments.quiet;
   options.command_line = arguments.command_line;
   return options;
 }
 
 int run(const RunArguments& arguments) {
-  const ReconstructionOptions options = reconstruction_options(arguments);
+  ReconstructionOptions options = reconstruction_options(arguments);
   if (arguments.print_config) {
     validate(options.parameters);
     say(to_toml(options.parameters));
@@ -52,6 +55,8 @@ int run(const RunArguments& arguments) {
   }
   if (options.sequence.empty())
     throw UsageError("no sequence was given", "plumbline run", "Give the folder of a sequence.");
+  options.orientation = load_orientation(arguments.orientation, &options.orientation_notes);
+  options.orientation_source = describe(arguments.orientation);
   const Reconstruction result = reconstruct(options);
   return result.signal == 0 ? 0 : 128 + result.signal;
 }
@@ -59,6 +64,7 @@ int run(const RunArguments& arguments) {
 void add_options(CLI::App& command, RunArguments& arguments) {
   add_sequence_arguments(command, arguments.sequence, false);
   add_parameter_arguments(command, arguments.parameters);
+  add_orientation_arguments(command, arguments.orientation);
   command.add_option("-o,--output", arguments.output, "Folder for the results, created if missing")
       ->capture_default_str()
       ->type_name("DIR");
@@ -87,6 +93,12 @@ void add_options(CLI::App& command, RunArguments& arguments) {
   command
       .add_option("--dump-pixel-use", arguments.pixel_use_frames,
                   "Paint why each pixel of this frame was or was not used")
+      ->check(CLI::NonNegativeNumber)
+      ->allow_extra_args(false)
+      ->type_name("FRAME");
+  command
+      .add_option("--dump-icp", arguments.icp_frames,
+                  "Write this frame's iterations: distance distribution, median, matched part, step, residual")
       ->check(CLI::NonNegativeNumber)
       ->allow_extra_args(false)
       ->type_name("FRAME");

@@ -17,6 +17,7 @@
 #include "app/console.h"
 #include "app/simulated_sequence.h"
 #include "core/error.h"
+#include "core/threads.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
 #include "sim/scenes.h"
@@ -119,7 +120,7 @@ int simulate(const SimulateArguments& arguments) {
   std::unique_ptr<tbb::global_control> limit;
   if (arguments.threads > 0)
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                  static_cast<std::size_t>(arguments.threads));
+                                                  static_cast<std::size_t>(allowed_threads(arguments.threads)));
   SimulatedSequence sequence;
   const sim::Scene scene = load_scene(arguments.scene);
   const sim::Motion motion = choose_motion(arguments, scene, &sequence);
@@ -209,6 +210,14 @@ void add_camera_options(CLI::App& command, SimulateArguments& a) {
       ->capture_default_str();
   command.add_option("--distortion", a.camera.model.distortion, "Of the sensor's own, pixels of disparity rms")
       ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  command
+      .add_option("--dark", a.camera.model.signal,
+                  "No reading from surfaces with less than this reflectance · cos(incidence) / (depth/m)²")
+      ->check(CLI::Range(0.0, 1e3))
+      ->capture_default_str();
+  command.add_option("--correlation", a.camera.model.correlation, "Pixels over which the noise is alike")
+      ->check(CLI::Range(1.0, 100.0))
       ->capture_default_str();
   command.add_flag("--no-shadow", a.no_shadow, "Light the scene from the camera itself");
   command.add_option("--rolling-shutter", a.camera.readout, "Seconds from the first row to the last")

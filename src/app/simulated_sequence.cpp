@@ -109,11 +109,11 @@ std::string camera_toml(const sim::DepthCameraOptions& c) {
       "lateral = {:.9g}  # factor on the same\nbaseline = {:.9g}  # m\nfocal_length = {:.9g}  # px\n"
       "disparity_step = {:.9g}  # px\ncorrelation = {:.9g}  # px\ndistortion = {:.9g}  # px rms\nmin_range = {:.9g}  # "
       "m\nmax_range = {:.9g}  # m\n"
-      "grazing_start_deg = {:.6g}\ngrazing_end_deg = {:.6g}\nedge_holes = {:.9g}\nshadow = {}\n\n",
+      "grazing_start_deg = {:.6g}\ngrazing_end_deg = {:.6g}\nedge_holes = {:.9g}\nsignal = {:.9g}\nshadow = {}\n\n",
       c.camera.width, c.camera.height, c.camera.fx, c.camera.fy, c.camera.cx, c.camera.cy, c.depth_scale, c.readout,
       c.exposure, c.exposure_samples, c.noise, n.axial, n.lateral, n.baseline, n.focal_length, n.disparity_step,
       n.correlation, n.distortion, n.min_range, n.max_range, n.grazing_start * kDegrees, n.grazing_end * kDegrees,
-      n.edge_holes, n.shadow);
+      n.edge_holes, n.signal, n.shadow);
 }
 
 std::string sensor_toml(const sim::OrientationSensorOptions& o) {

@@ -91,6 +91,31 @@ Json milliseconds_json(const Reconstruction& run) {
           {"total", ms.total}};
 }
 
+/// In how many frames the sensor was used, and why not in the others.
+Json orientation_json(const Reconstruction& run) {
+  if (run.orientation.empty()) return nullptr;
+  const auto count = [&](OrientationUse use) {
+    return std::count_if(run.frames.begin(), run.frames.end(),
+                         [&](const FrameReport& frame) { return frame.orientation == use; });
+  };
+  return {{"source", run.orientation},
+          {"used", count(OrientationUse::used)},
+          {"missing", count(OrientationUse::missing)},
+          {"distrusted", count(OrientationUse::distrusted)},
+          {"dropped", count(OrientationUse::dropped)},
+          {"message", run.orientation_message.empty() ? Json() : Json(run.orientation_message)}};
+}
+
+/// ICP iterations of a registered frame, over all levels.
+double mean_iterations(const Reconstruction& run) {
+  int iterations = 0, registered = 0;
+  for (const FrameReport& frame : run.frames) {
+    for (const int n : frame.tracking.iterations) iterations += n;
+    registered += !frame.tracking.iterations.empty();
+  }
+  return static_cast<double>(iterations) / std::max(1, registered);
+}
+
 }  // namespace
 
 StageMedians stage_medians(const Reconstruction& run) {
@@ -136,6 +161,8 @@ std::string summary_json(const Reconstruction& run) {
       {"interrupted", run.signal != 0},
       {"error", run.failure.empty() ? Json() : Json(run.failure)},
       {"path_length_m", path_length(run.trajectory)},
+      {"orientation", orientation_json(run)},
+      {"mean_iterations", mean_iterations(run)},
       {"ate", ate_json(run)},
       {"mesh", {{"vertices", run.mesh.positions.size()}, {"triangles", run.mesh.triangles.size()}}},
       {"median_ms", milliseconds_json(run)},
@@ -151,6 +178,11 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
   const StageMedians ms = stage_medians(run);
   std::vector<std::string> lines = {fmt::format("tracked    {} of {} frames, {} lost; {:.2f} m of path", run.tracked(),
                                                 run.frames.size(), run.lost(), path_length(run.trajectory))};
+  if (!run.orientation.empty())
+    lines.push_back(fmt::format("sensor     used in {} frames",
+                                std::count_if(run.frames.begin(), run.frames.end(), [](const FrameReport& frame) {
+                                  return frame.orientation == OrientationUse::used;
+                                })));
   if (run.ate)
     lines.push_back(fmt::format("ATE        {:.4f} m rmse, {:.4f} m median, {:.4f} m max over {} pairs",
                                 run.ate->translation.rmse, run.ate->translation.median, run.ate->translation.max,

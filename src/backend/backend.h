@@ -2,6 +2,7 @@
 // frame is decided above it, in ordinary C++ that is compiled once.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -29,6 +30,7 @@ struct IcpSums {
   double squares() const { return slots[kernels::icp_sum::kSquares]; }
   int inliers() const { return static_cast<int>(slots[kernels::icp_sum::kInliers]); }
   int with_depth() const { return static_cast<int>(slots[kernels::icp_sum::kWithDepth]); }
+  double rms() const { return inliers() > 0 ? std::sqrt(squares() / inliers()) : 0; }  ///< metres
   int pairs() const { return static_cast<int>(slots[kernels::icp_sum::kPairs]); }
   /// Bin that holds the median distance of the pairs; the last one (beyond the range) counts too. −1 without pairs.
   int median_bin() const;
@@ -66,6 +68,8 @@ class Backend {
 
   // Registration.
   virtual IcpSums reduce(const kernels::IcpReduce& kernel) const = 0;
+  /// Adds the correction to the sums of the pass that wrote its distances.
+  virtual void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const = 0;
   virtual void run(const kernels::ExplainPixels& kernel) const = 0;
 
   // Fusion.

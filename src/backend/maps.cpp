@@ -12,10 +12,10 @@ DepthLevel::DepthLevel(const Pinhole& level_camera, const Backend& backend) : ca
   normal_z = plane();
 }
 
-DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& backend) {
+DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& backend, int finest_level) {
   DepthPyramid pyramid;
   pyramid.reserve(static_cast<std::size_t>(levels));
-  for (int level = 0; level < levels; ++level) pyramid.emplace_back(camera.level(level), backend);
+  for (int i = 0; i < levels; ++i) pyramid.emplace_back(camera.level(finest_level + i), backend);
   return pyramid;
 }
 

@@ -21,7 +21,8 @@ struct DepthLevel {
 
 /// Finest level first.
 using DepthPyramid = std::vector<DepthLevel>;
-DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& backend);
+/// `levels` levels of a camera's pyramid, from `finest_level` on.
+DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& backend, int finest_level = 0);
 
 template <class T>
 PlaneView<const T> read_only(const Plane<T>& plane) {

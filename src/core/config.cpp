@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -337,9 +338,24 @@ std::vector<std::string> parameter_keys() {
   return lister.keys;
 }
 
+namespace {
+
+void validate_covariance(const std::vector<double>& covariance) {
+  constexpr const char* kAdvice = "Give nine numbers in deg^2, row by row, or [] for tilt_sigma and heading_sigma.";
+  if (covariance.size() != 9)
+    throw Error(fmt::format("{} numbers are no 3x3 matrix", covariance.size()), "orientation.covariance", kAdvice);
+  const Eigen::Matrix3d matrix = Eigen::Matrix3d::Map(covariance.data());
+  if (!matrix.isApprox(matrix.transpose(), 1e-9))
+    throw Error("the matrix is not symmetric", "orientation.covariance", kAdvice);
+  if (Eigen::LLT<Eigen::Matrix3d>(matrix).info() != Eigen::Success)
+    throw Error("the matrix is not positive definite", "orientation.covariance", kAdvice);
+}
+
+}  // namespace
+
 void validate(const Parameters& parameters) {
   fields(parameters, Checker{});
-  const auto& [preprocess, tracking, volume, raycast, mesh] = parameters;
+  const auto& [preprocess, tracking, orientation, volume, raycast, mesh] = parameters;
   if (preprocess.min_depth >= preprocess.max_depth)
     throw Error("no depth lies between preprocess.min_depth and preprocess.max_depth", "preprocess.min_depth",
                 "Make it smaller than preprocess.max_depth.");
@@ -352,6 +368,7 @@ void validate(const Parameters& parameters) {
   if (tracking.finest_level + levels > kMaxLevels)
     throw Error(fmt::format("{} levels from level {} on are too many", levels, tracking.finest_level),
                 "tracking.iterations", fmt::format("Levels 0 to {} exist.", kMaxLevels - 1));
+  if (!orientation.covariance.empty()) validate_covariance(orientation.covariance);
   const int voxels = (volume.resolution + 7) / 8 * 8;
   const double voxel = volume.side / voxels;
   if (volume.truncation < voxel)

@@ -1,6 +1,8 @@
 // What a sequence delivers.
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +19,15 @@ struct Frame {
   Nanoseconds time = 0;       ///< of the *depth* image
   DepthImage depth;           ///< raw readings, 0 = none
   double depth_scale = 5000;  ///< readings per metre
-  ColorImage color;           ///< empty, or registered to the depth image (same size and intrinsics)
+  ColorImage color;  ///< empty, or registered to the depth image (same size and intrinsics)
+  /// Measured orientation of the camera at `time`, earth axes (x east, y north, z up); empty without a sensor.
+  std::optional<Eigen::Matrix3d> earth_from_camera = {};
+};
+
+/// A reading of an orientation sensor: E earth (x east, y north, z up), B the sensor's body.
+struct OrientationSample {
+  Nanoseconds time = 0;
+  Eigen::Matrix3d earth_from_body = Eigen::Matrix3d::Identity();
 };
 
 struct StampedPose {

@@ -24,6 +24,17 @@ constexpr auto names(NormalMethod) { return std::array<std::string_view, 2>{"pla
 enum class VolumePlacement { front, fit, given };
 constexpr auto names(VolumePlacement) { return std::array<std::string_view, 3>{"front", "fit", "given"}; }
 
+enum class OrientationSeed { none, absolute, relative };
+constexpr auto names(OrientationSeed) { return std::array<std::string_view, 3>{"none", "absolute", "relative"}; }
+
+enum class OrientationTerm { none, damping, anchor };
+constexpr auto names(OrientationTerm) { return std::array<std::string_view, 3>{"none", "damping", "anchor"}; }
+
+enum class LambdaSchedule { constant, inverse_sqrt, inverse, inverse_square, negative_log };
+constexpr auto names(LambdaSchedule) {
+  return std::array<std::string_view, 5>{"constant", "inverse_sqrt", "inverse", "inverse_square", "negative_log"};
+}
+
 struct PreprocessParameters {
   double min_depth = 0.3;
   double max_depth = 8.0;
@@ -49,6 +60,30 @@ struct TrackingParameters {
   double max_condition = 1e6;
   double max_step_translation = 0.30;
   double max_step_rotation = 30;
+  bool depth_weights = false;
+  double huber = 0;
+  bool median_filter = false;
+  double median_band = 0.10;
+  int converged_after = 0;
+  double speed_sigma = 0;
+  double speed_memory = 0;
+  double residual_sigma = 0.007;
+  double redundancy = 1;
+  double full_view = 0;
+};
+
+struct OrientationParameters {
+  OrientationSeed seed = OrientationSeed::none;
+  OrientationTerm term = OrientationTerm::none;
+  LambdaSchedule schedule = LambdaSchedule::inverse_sqrt;
+  double lambda = 2;
+  double tilt_sigma = 3;
+  double heading_sigma = 10;
+  std::vector<double> covariance = {};
+  double redundancy = 1;
+  double full_view = 0;
+  double distrust = 0.5;
+  int probation = 30;
 };
 
 struct VolumeParameters {
@@ -75,6 +110,7 @@ struct MeshParameters {
 struct Parameters {
   PreprocessParameters preprocess;
   TrackingParameters tracking;
+  OrientationParameters orientation;
   VolumeParameters volume;
   RaycastParameters raycast;
   MeshParameters mesh;
@@ -114,6 +150,51 @@ void tracking_fields(P& p, Visitor&& v) {
     Range{1e-3, 1e3});
   v("max_step_rotation", p.max_step_rotation, "deg", "a larger turn between frames is implausible: lost",
     Range{0.1, 180});
+  v("depth_weights", p.depth_weights, "", "weight pairs by the depth's axial noise (Nguyen 2012), 1 at 1.5 m", Range{});
+  v("huber", p.huber, "m", "residuals beyond this count linearly (Huber); 0: never", Range{0, 10});
+  v("median_filter", p.median_filter, "", "use only pairs near the median distance of the same iteration", Range{});
+  v("median_band", p.median_band, "m", "half width of the band around the median", Range{1e-4, 10});
+  v("converged_after", p.converged_after, "iterations",
+    "a level ends when the median's bin has not changed for so many successive iterations; 0: never early",
+    Range{0, 1000});
+  v("speed_sigma", p.speed_sigma, "m/s", "prior on the camera's motion: usual speed along each axis; 0: none",
+    Range{0, 1e3});
+  v("speed_memory", p.speed_memory, "s",
+    "the velocity that was seen is expected to last about so long; 0: the camera is expected to stand still",
+    Range{0, 1e3});
+  v("residual_sigma", p.residual_sigma, "m", "standard deviation of a point-to-plane residual, beside priors",
+    Range{1e-5, 1});
+  v("redundancy", p.redundancy, "1",
+    "pixels of a 320x240 image that tell no more than one, as neighbours are not independent: divides the "
+    "registration's information",
+    Range{1, 1e9});
+  v("full_view", p.full_view, "pixels",
+    "a 320x240 image whose matched pixels weigh less in all is doubted, with the square; 0: never", Range{0, 76800});
+}
+
+template <class P, class Visitor>
+void orientation_fields(P& p, Visitor&& v) {
+  v("seed", p.seed, "",
+    "where ICP's rotation starts: none (last pose), absolute (the sensor's), relative (last pose "
+    "turned by the sensor's change)",
+    Range{});
+  v("term", p.term, "", "none; damping of each step by lambda; anchor: the sensor's reading with its covariance",
+    Range{});
+  v("schedule", p.schedule, "", "lambda over the matched fraction f: c, c/sqrt(f), c/f, c/f^2 or -c ln f", Range{});
+  v("lambda", p.lambda, "1", "c of the schedule", Range{0, 1e9});
+  v("tilt_sigma", p.tilt_sigma, "deg", "anchor: standard deviation about each horizontal axis", Range{1e-3, 1e4});
+  v("heading_sigma", p.heading_sigma, "deg", "anchor: standard deviation about the vertical", Range{1e-3, 1e4});
+  v("covariance", p.covariance, "deg^2",
+    "anchor: 3x3 covariance about the earth's axes (east, north, up), row by row, in place of the two sigmas; or []",
+    Range{-1e8, 1e8});
+  v("redundancy", p.redundancy, "1", "in place of tracking.redundancy while the sensor is used", Range{1, 1e9});
+  v("full_view", p.full_view, "pixels", "in place of tracking.full_view while the sensor is used", Range{0, 76800});
+  v("distrust", p.distrust, "1",
+    "the sensor is not used while its turns miss the tracked ones by more than this part of their square; 0: always "
+    "used",
+    Range{0, 100});
+  v("probation", p.probation, "frames",
+    "so many frames at the start are also registered without the sensor, to judge it", Range{0, 1e6});
 }
 
 template <class P, class Visitor>
@@ -152,6 +233,8 @@ void fields(P& p, Visitor&& v) {
   preprocess_fields(p.preprocess, v);
   v.group("tracking");
   tracking_fields(p.tracking, v);
+  v.group("orientation");
+  orientation_fields(p.orientation, v);
   v.group("volume");
   volume_fields(p.volume, v);
   v.group("raycast");
@@ -160,7 +243,7 @@ void fields(P& p, Visitor&& v) {
   mesh_fields(p.mesh, v);
 }
 
-/// The presets by name: `kinectfusion`. Throws Error naming the known ones.
+/// The presets by name: `plumbline`, `paper`, `kinectfusion`. Throws Error naming the known ones.
 Parameters preset(std::string_view name);
 std::vector<std::string> preset_names();
 

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "io/camera.h"
 #include "io/seven_scenes.h"
+#include "io/stamped_lines.h"
 #include "io/text_file.h"
 
 namespace plumbline {
@@ -45,12 +46,6 @@ struct StampedFile {
 };
 
 bool by_time(const StampedFile& a, const StampedFile& b) { return a.time < b.time; }
-
-Nanoseconds stamp_of(const TextFile& file, const TextLine& line, std::string_view text, const char* advice) {
-  const auto time = parse_seconds(text);
-  if (!time) file.fail(line, fmt::format("'{}' is not a time in seconds", text), advice);
-  return *time;
-}
 
 /// Lines that are read one by one with `read_line(line)`; a half-written last one is noted and left out.
 template <class ReadLine>

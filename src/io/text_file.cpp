@@ -65,6 +65,7 @@ TextFile::TextFile(const std::string& path)
     const std::string_view text = trim(rest.substr(0, end));
     const bool has_newline = end != std::string_view::npos;
     if (!text.empty() && text.front() != '#') lines_.push_back({number, text, false, has_newline});
+    if (!text.empty() && text.front() == '#' && lines_.empty()) head_ = trim(text.substr(1));
     rest.remove_prefix(has_newline ? end + 1 : rest.size());
   }
   if (!lines_.empty()) lines_.back().is_last = true;

@@ -27,6 +27,9 @@ class TextFile {
 
   const std::string& path() const { return path_; }
   const std::vector<TextLine>& lines() const { return lines_; }
+  /// What the comment right before the first line says, without its '#': often the names of the columns. Empty if there
+  /// is none.
+  std::string_view head() const { return head_; }
 
   /// Throws Error located at "path:line".
   [[noreturn]] void fail(const TextLine& line, const std::string& what, const std::string& advice) const;
@@ -35,6 +38,7 @@ class TextFile {
   std::string path_;
   std::shared_ptr<const std::string> content_;  // shared, so that the views stay good when a TextFile is moved
   std::vector<TextLine> lines_;
+  std::string_view head_;
 };
 
 /// A last line is taken for half-written, and may be left out, if it did not end or lacks fields.

@@ -11,24 +11,19 @@
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/seven_scenes.h"
+#include "io/stamped_lines.h"
 #include "io/text_file.h"
 
 namespace plumbline {
 namespace {
 
 constexpr std::size_t kTumFields = 8;
-constexpr double kUnitTolerance = 1e-2;
 constexpr const char* kTumAdvice = "write each pose as: t tx ty tz qx qy qz qw (seconds, metres, unit quaternion)";
-
-void add_note(std::vector<std::string>* notes, const std::string& note) {
-  if (notes != nullptr) notes->push_back(note);
-}
 
 StampedPose parse_pose(const TextFile& file, const TextLine& line, const std::vector<std::string_view>& fields) {
   if (fields.size() != kTumFields)
     file.fail(line, fmt::format("has {} fields where a pose has 8", fields.size()), kTumAdvice);
-  const auto time = parse_seconds(fields[0]);
-  if (!time) file.fail(line, fmt::format("'{}' is not a time in seconds", fields[0]), kTumAdvice);
+  const Nanoseconds time = stamp_of(file, line, fields[0], kTumAdvice);
   std::array<double, 7> v{};
   for (std::size_t i = 0; i < v.size(); ++i) {
     const auto value = parse_double(fields[i + 1]);
@@ -39,20 +34,7 @@ StampedPose parse_pose(const TextFile& file, const TextLine& line, const std::ve
   const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
   if (std::abs(rotation.norm() - 1) > kUnitTolerance)
     file.fail(line, fmt::format("the quaternion's length is {:.4g} and not 1", rotation.norm()), kTumAdvice);
-  return {*time, SE3(rotation, Eigen::Vector3d(v[0], v[1], v[2]))};
-}
-
-void sort_and_thin(Trajectory* trajectory, std::vector<std::string>* notes) {
-  const auto by_time = [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; };
-  if (!std::is_sorted(trajectory->begin(), trajectory->end(), by_time)) {
-    std::stable_sort(trajectory->begin(), trajectory->end(), by_time);
-    add_note(notes, "the poses were not in order of time and have been sorted");
-  }
-  const std::size_t before = trajectory->size();
-  const auto same_time = [](const StampedPose& a, const StampedPose& b) { return a.time == b.time; };
-  trajectory->erase(std::unique(trajectory->begin(), trajectory->end(), same_time), trajectory->end());
-  if (const std::size_t dropped = before - trajectory->size(); dropped > 0)
-    add_note(notes, fmt::format("{} poses with the stamp of an earlier one were left out", dropped));
+  return {time, SE3(rotation, Eigen::Vector3d(v[0], v[1], v[2]))};
 }
 
 /// Row-major 4×4 from a pose file; empty if it is not finite.
@@ -90,11 +72,11 @@ Trajectory read_tum_trajectory(const std::string& path, std::vector<std::string>
       trajectory.push_back(parse_pose(file, line, fields));
     } catch (const Error&) {
       if (!is_half_written(line, fields.size() < kTumFields)) throw;
-      add_note(notes, fmt::format("the last line ({}) is half-written and was left out", line.number));
+      note_half_written(notes, line);
     }
   }
   if (trajectory.empty()) throw Error("has no poses", path, kTumAdvice);
-  sort_and_thin(&trajectory, notes);
+  sort_and_thin(&trajectory, "poses", notes);
   return trajectory;
 }
 
@@ -147,7 +129,7 @@ Trajectory read_seven_scenes_poses(const std::string& folder, std::vector<std::s
   if (not_finite > 0) add_note(notes, fmt::format("{} poses that are not finite were left out", not_finite));
   if (trajectory.empty())
     throw Error("has no poses named frame-000000.pose.txt", folder, "give the folder with the frames");
-  sort_and_thin(&trajectory, notes);
+  sort_and_thin(&trajectory, "poses", notes);
   return trajectory;
 }
 

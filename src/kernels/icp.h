@@ -21,16 +21,32 @@ enum class PixelUse : std::uint8_t {
   filtered = 7      ///< outside the band around the median distance
 };
 
+/// Distance of what is no pair, metres.
+constexpr float kNoDistance = 1e30f;
+
 /// Slots of the sums that one pass makes.
 namespace icp_sum {
-constexpr int kHessian = 0;     ///< 21 of AᵀA, upper triangle, row by row
-constexpr int kGradient = 21;   ///< 6 of Aᵀb
-constexpr int kSquares = 27;    ///< Σ r²
+constexpr int kHessian = 0;     ///< 21 of AᵀWA, upper triangle, row by row
+constexpr int kGradient = 21;   ///< 6 of AᵀWb
+constexpr int kSquares = 27;    ///< Σ r², not weighted
 constexpr int kInliers = 28;    ///< pairs used
 constexpr int kWithDepth = 29;  ///< live pixels that have depth
 constexpr int kPairs = 30;      ///< pairs that enter the distance distribution
 constexpr int kCount = 31;
 }  // namespace icp_sum
+
+/// σ(z) = base + slope (z − nearest)²: the axial noise of a structured-light sensor (Nguyen, Izadi, Lovell 2012), here
+/// scaled so that the weight 1/σ² has no unit. The default weights all alike.
+struct NoiseModel {
+  float base = 1, slope = 0, nearest = 0;
+
+  template <class F>
+  PL_HD F weight(const F& z) const {
+    const F d = z - F(nearest);
+    const F sigma = madd(d * d, F(slope), F(base));
+    return F(1.0f) / (sigma * sigma);
+  }
+};
 
 /// The pass's input, all images at one pyramid level.
 struct IcpInput {
@@ -45,6 +61,8 @@ struct IcpInput {
   float band_low, band_high;  ///< distances that the median filter keeps, metres
   float bins_per_metre;
   int bins;
+  NoiseModel noise;           ///< decides the weight of a pair
+  float huber = kNoDistance;  ///< residuals beyond this count linearly, metres
 };
 
 /// A live pixel and the model's pixel it projects to. `use` holds per-lane PixelUse codes.
@@ -54,6 +72,7 @@ struct IcpPair {
   Vec3<F> normal;  ///< model's normal
   F residual;      ///< n·(q − p), metres
   F distance;      ///< ‖q − p‖, metres
+  F weight;        ///< of the residual, for a pair that is used
   Mask<F> has_depth, in_distribution, used;
   F use;
 };
@@ -94,6 +113,10 @@ PL_HD IcpPair<F> associate(const IcpInput& in, int x, int y) {
   pair.in_distribution = has_model;
   pair.used = aligned && pair.distance >= F(in.band_low) && pair.distance <= F(in.band_high);
 
+  // Huber's weight, δ/|r| beyond δ (Huber 1964; METHOD.md §6.1).
+  const F huber(in.huber);
+  pair.weight = in.noise.weight(depth) * (huber / max(abs(pair.residual), huber));
+
   const auto code = [](PixelUse use) { return F(static_cast<float>(use)); };
   pair.use = select(pair.used, code(PixelUse::used), code(PixelUse::filtered));
   pair.use = select(aligned, pair.use, code(PixelUse::angle));
@@ -105,35 +128,71 @@ PL_HD IcpPair<F> associate(const IcpInput& in, int x, int y) {
   return pair;
 }
 
-/// One iteration's sums. With p ← exp(ξ) p the residual n·(q − p) changes by −[(p × n)·ω + n·v], so a row of A is
-/// (p × n, n) and b is the residual (Low 2004).
+/// Adds the pairs of `chosen`, times `sign`, to the normal equations. With p ← exp(ξ) p the residual n·(q − p) changes
+/// by −[(p × n)·ω + n·v], so a row of A is (p × n, n) and b is the residual (Low 2004).
+template <class F, class Accumulator>
+PL_HD void add_equations(const IcpPair<F>& pair, const Mask<F>& chosen, const F& sign, Accumulator& sums) {
+  const F zero(0.0f);
+  const Vec3<F> moment = cross(pair.point, pair.normal);
+  const F a[6] = {select(chosen, moment.x, zero),      select(chosen, moment.y, zero),
+                  select(chosen, moment.z, zero),      select(chosen, pair.normal.x, zero),
+                  select(chosen, pair.normal.y, zero), select(chosen, pair.normal.z, zero)};
+  const F b = select(chosen, pair.residual, zero);
+  const F weight = select(chosen, pair.weight * sign, zero);
+  const F wb = weight * b;
+  int slot = icp_sum::kHessian;
+  for (int i = 0; i < 6; ++i) {
+    const F wa = weight * a[i];
+    for (int j = i; j < 6; ++j) sums.add_product(slot++, wa, a[j]);
+    sums.add_product(icp_sum::kGradient + i, a[i], wb);
+  }
+  sums.add_product(icp_sum::kSquares, b * sign, b);
+  sums.add(icp_sum::kInliers, select(chosen, sign, zero));
+}
+
+/// One iteration's sums. If `distances` has memory, each pixel gets the distance of its pair, or infinity, for
+/// `IcpCorrection`.
 struct IcpReduce {
   IcpInput in;
+  PlaneView<float> distances = {};
 
   template <class F, class Accumulator>
   PL_HD void operator()(int x, int y, Accumulator& sums) const {
     const IcpPair<F> pair = associate<F>(in, x, y);
     const F zero(0.0f), one(1.0f);
+    if (distances.data != nullptr)
+      store_masked<F>(distances.row(y) + x, select(pair.in_distribution, pair.distance, F(kNoDistance)),
+                      inside_row<F>(x, distances.width));
     sums.add(icp_sum::kWithDepth, select(pair.has_depth, one, zero));
     if (!any(pair.in_distribution)) return;
     sums.add(icp_sum::kPairs, select(pair.in_distribution, one, zero));
     // Bin `bins` counts what lies beyond the range, bin `bins + 1` what is no pair at all.
     const F bin = min(pair.distance * in.bins_per_metre, F(static_cast<float>(in.bins)));
     sums.count(to_int(select(pair.in_distribution, bin, F(static_cast<float>(in.bins + 1)))));
-    if (!any(pair.used)) return;
+    if (any(pair.used)) add_equations(pair, pair.used, one, sums);
+  }
+};
 
-    const Vec3<F> moment = cross(pair.point, pair.normal);
-    const F a[6] = {select(pair.used, moment.x, zero),      select(pair.used, moment.y, zero),
-                    select(pair.used, moment.z, zero),      select(pair.used, pair.normal.x, zero),
-                    select(pair.used, pair.normal.y, zero), select(pair.used, pair.normal.z, zero)};
-    const F b = select(pair.used, pair.residual, zero);
-    int slot = icp_sum::kHessian;
-    for (int i = 0; i < 6; ++i) {
-      for (int j = i; j < 6; ++j) sums.add_product(slot++, a[i], a[j]);
-      sums.add_product(icp_sum::kGradient + i, a[i], b);
-    }
-    sums.add_product(icp_sum::kSquares, b, b);
-    sums.add(icp_sum::kInliers, select(pair.used, one, zero));
+/// What a pass with the band [`from_low`, `from_high`] must be given to become one with the band of `in`: the median
+/// filter needs the median of the same iteration, which is known only when the pass is through (METHOD.md §4). Only the
+/// few pixels between the bands are associated again; their equations are added or taken away.
+struct IcpCorrection {
+  IcpInput in;
+  float from_low, from_high;
+  PlaneView<const float> distances;  ///< of the pass
+
+  template <class F, class Accumulator>
+  PL_HD void operator()(int x, int y, Accumulator& sums) const {
+    const F distance = load<F>(distances.row(y) + x);
+    const auto was_in = distance >= F(from_low) && distance <= F(from_high);
+    const auto is_in = distance >= F(in.band_low) && distance <= F(in.band_high);
+    const auto joins = is_in && !was_in, leaves = was_in && !is_in;
+    if (!any(joins || leaves)) return;
+    IcpInput open = in;
+    open.band_low = 0;
+    open.band_high = kNoDistance;
+    const IcpPair<F> pair = associate<F>(open, x, y);
+    add_equations(pair, pair.used && (joins || leaves), select(joins, F(1.0f), F(-1.0f)), sums);
   }
 };
 

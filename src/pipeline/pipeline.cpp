@@ -1,10 +1,12 @@
 #include "pipeline/pipeline.h"
 
 #include <chrono>
+#include <utility>
 
 #include "core/config.h"
 #include "mapping/volume.h"
 #include "tracking/live_frame.h"
+#include "tracking/motion_model.h"
 
 namespace plumbline {
 namespace {
@@ -15,6 +17,23 @@ void timed(double* milliseconds, const Stage& stage) {
   const auto start = std::chrono::steady_clock::now();
   stage();
   *milliseconds += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+constexpr double kUsualInterval = 1.0 / 30;  // seconds, where stamps do not tell
+
+double angle_between(const SE3& a, const SE3& b) { return so3::angle(a.rotation().transpose() * b.rotation()); }
+
+// What two registrations of one frame must differ by, in the part of the readings that found a partner.
+constexpr double kClearlyBetter = 0.15, kAsGood = 0.02;
+
+bool is_clearly_better(const TrackingResult& unaided, const TrackingResult& aided) {
+  if (unaided.status == TrackingStatus::lost) return false;
+  return aided.status == TrackingStatus::lost || unaided.inlier_fraction > aided.inlier_fraction + kClearlyBetter;
+}
+
+/// One that fell into a worse minimum than the sensor led to says nothing about the sensor.
+bool is_witness(const TrackingResult& unaided, const TrackingResult& aided) {
+  return unaided.status == TrackingStatus::tracked && unaided.inlier_fraction > aided.inlier_fraction - kAsGood;
 }
 
 const Parameters& validated(const Parameters& parameters) {
@@ -29,14 +48,23 @@ struct Pipeline::State {
       : parameters(validated(p)),
         camera(k),
         backend(b),
-        live(k, p.preprocess, pyramid_levels(p.tracking), b, with_color),
-        model(make_pyramid(k, pyramid_levels(p.tracking), b)),
+        live(k, p.preprocess, pyramid_levels(p.tracking), b, with_color, p.tracking.finest_level),
+        model(make_pyramid(k, static_cast<int>(p.tracking.iterations.size()), b, p.tracking.finest_level)),
         volume(p.volume, k, b, with_color),
+        guide(p.orientation),
+        motion(p.tracking.speed_sigma, p.tracking.speed_memory),
+        still(p.tracking.speed_sigma, 0),
         world_from_camera(initial_pose) {}
 
   TrackingResult initialise();
-  TrackingResult register_frame() const;
-  Image<std::uint8_t> explain(const SE3& estimate) const;
+  TrackingResult register_frame(const Frame& frame, FrameReport* report, FrameDiagnostics* diagnostics);
+  TrackingResult register_from(const SE3& seed, const Frame& frame, bool with_orientation,
+                               std::vector<IcpIteration>* trace) const;
+  void believe(const Frame& frame, const TrackingResult& tracking, const std::optional<TrackingResult>& unaided);
+  Image<std::uint8_t> explain(const TrackingResult& tracking) const;
+  double seconds_since_last(const Frame& frame) const {
+    return frame.time > time ? to_seconds(frame.time - time) : kUsualInterval;
+  }
 
   Parameters parameters;
   Pinhole camera;
@@ -44,8 +72,12 @@ struct Pipeline::State {
   LiveFrame live;
   DepthPyramid model;  ///< what `world_from_model` sees of the volume
   Volume volume;
+  OrientationGuide guide;
+  MotionModel motion, still;
   SE3 world_from_camera;  ///< the last pose that was believed
+  Nanoseconds time = 0;   ///< and its frame's
   SE3 world_from_model;
+  int probation = 0;  ///< frames that were also registered without the sensor
   bool initialised = false;
 };
 
@@ -55,7 +87,7 @@ Pipeline::Pipeline(const Parameters& parameters, const Pinhole& camera, Backend&
           std::make_unique<State>(parameters, camera, backend, initial_pose, with_color && parameters.volume.color)) {}
 Pipeline::~Pipeline() = default;
 
-FrameReport Pipeline::process(const Frame& frame, Image<std::uint8_t>* pixel_use) {
+FrameReport Pipeline::process(const Frame& frame, FrameDiagnostics* diagnostics) {
   State& s = *state_;
   FrameReport report;
   report.index = frame.index;
@@ -65,12 +97,17 @@ FrameReport Pipeline::process(const Frame& frame, Image<std::uint8_t>* pixel_use
   timed(&report.milliseconds.preprocess, [&] { s.live.prepare(frame); });
 
   // 2. Sensor pose estimation against the prediction from the last pose; the first frame defines the world.
-  timed(&report.milliseconds.track, [&] { report.tracking = s.initialised ? s.register_frame() : s.initialise(); });
+  timed(&report.milliseconds.track,
+        [&] { report.tracking = s.initialised ? s.register_frame(frame, &report, diagnostics) : s.initialise(); });
   report.world_from_camera = s.world_from_camera;
-  if (pixel_use != nullptr && !report.tracking.iterations.empty())
-    *pixel_use = s.explain(report.tracking.world_from_camera);
+  if (diagnostics != nullptr && diagnostics->want_pixel_use && !report.tracking.iterations.empty())
+    diagnostics->pixel_use = s.explain(report.tracking);
   if (report.tracking.status == TrackingStatus::lost) return report;  // not fused, and the model is kept
-  report.world_from_camera = s.world_from_camera = report.tracking.world_from_camera;
+  if (report.tracking.status == TrackingStatus::initialised) {
+    report.orientation = s.guide.use(frame.earth_from_camera);
+    s.believe(frame, report.tracking, report.tracking);
+  }
+  report.world_from_camera = s.world_from_camera;
 
   // 3. Fusion of the raw depth, and of colour where there is some.
   timed(&report.milliseconds.integrate,
@@ -95,24 +132,90 @@ TrackingResult Pipeline::State::initialise() {
   return result;
 }
 
-TrackingResult Pipeline::State::register_frame() const {
-  if (!live.has_depth()) {
-    TrackingResult result;
-    result.reason = LostReason::no_depth;
-    result.world_from_camera = world_from_camera;
-    return result;
+/// With the sensor where it is believed. Without it in its place if only that way leads anywhere; and, at the start,
+/// beside it, as a witness that owes the sensor nothing.
+TrackingResult Pipeline::State::register_frame(const Frame& frame, FrameReport* report, FrameDiagnostics* diagnostics) {
+  TrackingResult result;
+  result.world_from_camera = world_from_camera;
+  result.reason = LostReason::no_depth;
+  if (!live.has_depth()) return result;
+
+  report->orientation = guide.use(frame.earth_from_camera);
+  const bool aided = report->orientation == OrientationUse::used;
+  SE3 seed = aided ? guide.seed(world_from_camera, *frame.earth_from_camera) : world_from_camera;
+  std::vector<IcpIteration>* trace =
+      diagnostics != nullptr && diagnostics->want_iterations ? &diagnostics->iterations : nullptr;
+  result = register_from(seed, frame, aided, trace);
+
+  std::optional<TrackingResult> unaided;
+  if (!aided) {
+    unaided = result;
+  } else if (guide.is_judged() &&
+             (probation < parameters.orientation.probation || result.status == TrackingStatus::lost)) {
+    ++probation;
+    unaided = register_from(world_from_camera, frame, false, nullptr);
+    if (is_clearly_better(*unaided, result)) {
+      result = *unaided;
+      seed = world_from_camera;
+      report->orientation = OrientationUse::dropped;
+    } else if (!is_witness(*unaided, result)) {
+      unaided.reset();
+    }
+  } else {
+    unaided = result;
   }
-  TrackingInput input;
-  input.world_from_model = world_from_model;
-  input.world_from_camera_seed = world_from_camera;
-  return track(backend, live.pyramid(), model, input, parameters.tracking);
+  report->seed_angle = angle_between(world_from_camera, seed);
+  report->seed_to_result_angle = angle_between(seed, result.world_from_camera);
+  if (result.status == TrackingStatus::tracked) believe(frame, result, unaided);
+  return result;
 }
 
-Image<std::uint8_t> Pipeline::State::explain(const SE3& estimate) const {
-  const Plane<std::uint8_t> use(camera.width, camera.height,
+TrackingResult Pipeline::State::register_from(const SE3& seed, const Frame& frame, bool with_orientation,
+                                              std::vector<IcpIteration>* trace) const {
+  PriorSum priors;
+  std::unique_ptr<Prior> orientation;
+  if (with_orientation) orientation = guide.term(*frame.earth_from_camera);
+  if (orientation) priors.add(orientation.get());
+  // While the sensor holds the rotation, a hand is best expected to stand still; without it, rotation and translation
+  // are easily taken for each other, and a hand that is held still turns instead (docs/results.md).
+  const MotionModel& expectation = with_orientation ? still : motion;
+  const PositionBelief expected = expectation.predict(world_from_camera.translation(), seconds_since_last(frame));
+  const TranslationPrior translation(expected.mean, expected.covariance);
+  if (parameters.tracking.speed_sigma > 0) priors.add(&translation);
+
+  TrackingInput input;
+  input.world_from_model = world_from_model;
+  input.world_from_camera_seed = seed;
+  input.trace = trace;
+  if (!priors.empty()) input.prior = &priors;
+  TrackingParameters tracking = parameters.tracking;
+  if (with_orientation) {
+    tracking.redundancy = parameters.orientation.redundancy;
+    tracking.full_view = parameters.orientation.full_view;
+  }
+  return track(backend, live.pyramid(), model, input, tracking);
+}
+
+/// `unaided` is what was found without the sensor's help, if it can be a witness.
+void Pipeline::State::believe(const Frame& frame, const TrackingResult& tracking,
+                              const std::optional<TrackingResult>& unaided) {
+  if (tracking.status == TrackingStatus::tracked)
+    motion.observe(world_from_camera.translation(), tracking.world_from_camera.translation(),
+                   tracking.position_covariance, seconds_since_last(frame));
+  world_from_camera = tracking.world_from_camera;
+  time = frame.time;
+  std::optional<Eigen::Matrix3d> witness;
+  if (unaided) witness = unaided->world_from_camera.rotation();
+  guide.observe(world_from_camera, frame.earth_from_camera, witness);
+}
+
+Image<std::uint8_t> Pipeline::State::explain(const TrackingResult& tracking) const {
+  const DepthLevel& live_level = live.pyramid()[static_cast<std::size_t>(parameters.tracking.finest_level)];
+  const Plane<std::uint8_t> use(live_level.camera.width, live_level.camera.height,
                                 [&](std::size_t bytes) { return backend.allocate(bytes); });
-  kernels::IcpInput in = icp_input(live.pyramid().front(), model.front());
-  set_gates(parameters.tracking, world_from_model.inverse() * estimate, &in);
+  kernels::IcpInput in = icp_input(live_level, model.front());
+  set_gates(parameters.tracking, world_from_model.inverse() * tracking.world_from_camera, &in);
+  if (parameters.tracking.median_filter) set_band(parameters.tracking, tracking.median_distance, &in);
   backend.run(kernels::ExplainPixels{in, use.view()});
   return download(backend, use);
 }

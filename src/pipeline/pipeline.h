@@ -9,6 +9,7 @@
 #include "core/frame.h"
 #include "core/parameters.h"
 #include "core/pinhole.h"
+#include "tracking/orientation_guide.h"
 #include "tracking/tracker.h"
 
 namespace plumbline {
@@ -27,7 +28,18 @@ struct FrameReport {
   Nanoseconds time = 0;
   TrackingResult tracking;  ///< status, reason, iterations, inliers, residuals
   SE3 world_from_camera;    ///< the estimate; for a lost frame the last pose that was believed
+  OrientationUse orientation = OrientationUse::off;
+  double seed_angle = 0;            ///< radians from the last pose to the seed
+  double seed_to_result_angle = 0;  ///< radians from the seed to the estimate
   StageTimes milliseconds;
+};
+
+/// What `Pipeline::process` may be asked to keep of a frame. All stays empty for a frame that was not registered.
+struct FrameDiagnostics {
+  bool want_pixel_use = false, want_iterations = false;
+  /// Why each pixel was or was not used at the finest tracked level, at the final estimate (`kernels::PixelUse`).
+  Image<std::uint8_t> pixel_use;
+  std::vector<IcpIteration> iterations;
 };
 
 /// One reconstruction. Not thread-safe; several may live side by side.
@@ -42,10 +54,8 @@ class Pipeline {
 
   /// Tracks, fuses and predicts. Never throws for a frame that cannot be tracked: that is a status in the report, the
   /// frame is not fused and the model is kept. Throws Error if the frame's size is not the camera's, or if the volume
-  /// is to be fitted to a first frame that has too few readings. If `pixel_use` is given, it gets why each pixel was or
-  /// was not used at full resolution, at the final estimate (values of `kernels::PixelUse`); it stays empty for a frame
-  /// that was not registered.
-  FrameReport process(const Frame& frame, Image<std::uint8_t>* pixel_use = nullptr);
+  /// is to be fitted to a first frame that has too few readings.
+  FrameReport process(const Frame& frame, FrameDiagnostics* diagnostics = nullptr);
 
   /// The surface so far, world frame, metres.
   Mesh extract_mesh() const;

@@ -10,7 +10,7 @@
 
 #include "core/embree_scene.h"
 #include "core/error.h"
-#include "sim/random.h"
+#include "core/random.h"
 
 namespace plumbline::sim {
 namespace {
@@ -25,9 +25,11 @@ constexpr double kSteepest = 82 * std::numbers::pi / 180;  ///< radians; the noi
 /// Neighbours are on two surfaces where their depths differ by more than this fraction.
 constexpr float kEdge = 0.04f;
 
-/// What a pixel sees: its depth (0 = nothing) and the surface's unit normal towards the camera, camera frame.
+/// What a pixel sees: its depth (0 = nothing), how much of the light the surface gives back, and its unit normal
+/// towards the camera, camera frame.
 struct Sight {
   float z = 0;
+  float reflectance = 0;
   Vector3f normal = Vector3f::Zero();
 };
 using SightImage = Image<Sight>;
@@ -158,6 +160,23 @@ class IncidenceTable {
   std::array<Entry, kSize + 1> entries_;
 };
 
+/// Of each vertex, 0…1: the luminance of its colour in linear light (IEC 61966-2-1), for want of its infrared
+/// reflectance; of a middle grey without colours.
+std::vector<float> reflectances(const Mesh& mesh) {
+  constexpr float kMiddleGrey = 0.21f;
+  if (mesh.colors.size() != mesh.positions.size()) return std::vector<float>(mesh.positions.size(), kMiddleGrey);
+  std::array<float, 256> linear{};
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    const float v = static_cast<float>(i) / 255;
+    linear[i] = v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+  }
+  std::vector<float> list;
+  list.reserve(mesh.colors.size());
+  for (const Mesh::Rgb& c : mesh.colors)
+    list.push_back(0.2126f * linear[c.r] + 0.7152f * linear[c.g] + 0.0722f * linear[c.b]);
+  return list;
+}
+
 float incidence_cosine(const Vector3f& normal, const Vector3f& ray) { return -normal.dot(ray) / ray.norm(); }
 
 void validate(const DepthCameraOptions& o) {
@@ -168,7 +187,7 @@ void validate(const DepthCameraOptions& o) {
     throw Error("a shutter time is out of range", kWhere, "give seconds from 0 and 1 to 64 exposure samples");
   if (!(n.axial >= 0) || !(n.lateral >= 0) || !(n.baseline > 0) || !(n.focal_length > 0) || !(n.disparity_step >= 0) ||
       !(n.correlation >= 1) || !(n.distortion >= 0) || !(n.min_range >= 0) || !(n.max_range > n.min_range) ||
-      !(n.edge_holes >= 0) || !(n.edge_holes <= 1) || !(n.grazing_end > n.grazing_start))
+      !(n.signal >= 0) || !(n.edge_holes >= 0) || !(n.edge_holes <= 1) || !(n.grazing_end > n.grazing_start))
     throw Error("a value of the noise model is out of range", kWhere,
                 "give factors from 0, positive lengths, and ranges in ascending order");
 }
@@ -195,6 +214,7 @@ class DepthCamera::Implementation {
   Implementation(const Mesh& mesh, const DepthCameraOptions& options)
       : options_(options),
         mesh_{mesh.positions, {}, mesh.colors, mesh.triangles},
+        reflectance_(reflectances(mesh)),
         device_(embree::make_device()),
         scene_(embree::make_scene(device_.get(), mesh_, kWhere)),
         incidence_(options.model),
@@ -206,6 +226,7 @@ class DepthCamera::Implementation {
   void look(const PoseAt& pose_at, double seconds, SightImage* sight, std::vector<std::uint16_t>* color) const;
   void look_along_row(const SE3& world_from_camera, int y, SightImage* sight, std::vector<std::uint16_t>* color) const;
   void add_color(const RTCRayHit8& hits, int lane, std::uint16_t* rgb) const;
+  float reflectance(const RTCRayHit8& hits, int lane) const;
   SightImage merge(const std::vector<SightImage>& instants, std::uint64_t key) const;
   DepthImage measure(const SightImage& sight, std::uint64_t key) const;
   DepthImage exact(const SightImage& sight) const;
@@ -220,6 +241,7 @@ class DepthCamera::Implementation {
 
   DepthCameraOptions options_;
   Mesh mesh_;
+  std::vector<float> reflectance_;  ///< of each vertex
   embree::Device device_;
   embree::Scene scene_;
   IncidenceTable incidence_;
@@ -244,6 +266,12 @@ void DepthCamera::Implementation::add_color(const RTCRayHit8& hits, int lane, st
   rgb[0] = static_cast<std::uint16_t>(rgb[0] + mix(p.r, q.r, r.r));
   rgb[1] = static_cast<std::uint16_t>(rgb[1] + mix(p.g, q.g, r.g));
   rgb[2] = static_cast<std::uint16_t>(rgb[2] + mix(p.b, q.b, r.b));
+}
+
+float DepthCamera::Implementation::reflectance(const RTCRayHit8& hits, int lane) const {
+  const Mesh::Triangle& t = mesh_.triangles[hits.hit.primID[lane]];
+  const float u = hits.hit.u[lane], v = hits.hit.v[lane];
+  return (1 - u - v) * reflectance_[t.a] + u * reflectance_[t.b] + v * reflectance_[t.c];
 }
 
 void DepthCamera::Implementation::look_along_row(const SE3& world_from_camera, int y, SightImage* sight,
@@ -277,7 +305,7 @@ void DepthCamera::Implementation::look_along_row(const SE3& world_from_camera, i
       const Vector3f facet(hits.hit.Ng_x[i], hits.hit.Ng_y[i], hits.hit.Ng_z[i]);
       Vector3f normal = (rotation.transpose() * facet).normalized();
       if (normal.dot(ray(x0 + i, y)) > 0) normal = -normal;
-      sight->at(x0 + i, y) = {hits.ray.tfar[i], normal};
+      sight->at(x0 + i, y) = {hits.ray.tfar[i], reflectance(hits, i), normal};
       if (color != nullptr) add_color(hits, i, color->data() + 3 * (static_cast<std::size_t>(y) * width + x0 + i));
     }
   }
@@ -370,8 +398,12 @@ float DepthCamera::Implementation::measure_pixel(const Sight& sight, int x, int 
   const DepthNoise& n = options_.model;
   const double z = static_cast<double>(sight.z);
   if (!(z > 0) || z < n.min_range || z > n.max_range) return 0;
-  const IncidenceTable::Entry incidence = incidence_.at(incidence_cosine(sight.normal, ray(x, y)));
+  const float cosine = incidence_cosine(sight.normal, ray(x, y));
+  const IncidenceTable::Entry incidence = incidence_.at(cosine);
   if (hole_field < incidence.hole_limit) return 0;
+  // Borders of dark things are ragged: 30 % more or less light makes the difference there.
+  const double needed = n.signal * z * z * static_cast<double>(1 + 0.3f * hole_field);
+  if (static_cast<double>(sight.reflectance * cosine) < needed) return 0;
   const double product = n.focal_length * n.baseline;
   const double deviation = axial_sigma(z, 0) + static_cast<double>(incidence.slope_term) / std::sqrt(z);
   // What rounding adds belongs to the deviation that was measured on real sensors.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/random.h"
+#include "core/random.h"
 
 namespace plumbline::sim {
 namespace {

@@ -5,7 +5,8 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "sim/random.h"
+#include "core/random.h"
+#include "imu/error_model.h"
 
 namespace plumbline::sim {
 namespace {
@@ -16,7 +17,8 @@ using Eigen::Vector3d;
 constexpr const char* kWhere = "orientation sensor";
 constexpr double kPi = std::numbers::pi;
 
-enum Stream : std::uint64_t { kHarmonics = 301, kOrientation, kGyroscope, kBias, kAccelerometer, kMagnetometer };
+// 301 is the systematic error's.
+enum Stream : std::uint64_t { kOrientation = 302, kGyroscope, kBias, kAccelerometer, kMagnetometer };
 
 Vector3d normal3(std::uint64_t key, std::uint64_t counter) {
   return {normal_at(key, 3 * counter), normal_at(key, 3 * counter + 1), normal_at(key, 3 * counter + 2)};
@@ -89,40 +91,6 @@ double heading_shift(const Vector3d& field, const Vector3d& disturbed) {
 }  // namespace
 
 Vector3d earth_magnetic_field() { return {0, 20, -44}; }
-
-SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) {
-  if (harmonics < 1 || harmonics > 100 || !(amplitude.minCoeff() >= 0) || !amplitude.allFinite())
-    throw Error("the systematic error is out of range", kWhere, "give amplitudes from 0 and 1 to 100 harmonics");
-  for (int axis = 0; axis < 3; ++axis) {
-    Random random(stream(stream(seed, kHarmonics), static_cast<std::uint64_t>(axis)));
-    for (int k = 1; k <= harmonics; ++k) harmonics_[axis].push_back({random.normal() / k, random.normal() / k});
-    constexpr int kGrid = 720;
-    double largest = 0;
-    for (int i = 0; i < kGrid; ++i) largest = std::max(largest, std::abs(about(axis, 2 * kPi * i / kGrid)));
-    for (Harmonic& h : harmonics_[axis]) h = {h.sine * amplitude[axis] / largest, h.cosine * amplitude[axis] / largest};
-  }
-}
-
-double SystematicError::about(int axis, double angle) const {
-  double sum = 0;
-  int k = 0;
-  for (const Harmonic& h : harmonics_[axis]) {
-    ++k;
-    sum += h.sine * std::sin(k * angle) + h.cosine * std::cos(k * angle);
-  }
-  return sum;
-}
-
-Vector3d SystematicError::at(const Matrix3d& earth_from_body) const {
-  constexpr double kFaint = 0.04;  ///< of the twist's quaternion, squared length
-  const Eigen::Quaterniond q(earth_from_body);
-  Vector3d error;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double along = q.vec()[axis], share = std::min(1.0, (along * along + q.w() * q.w()) / kFaint);
-    error[axis] = share * share * (3 - 2 * share) * about(axis, 2 * std::atan2(along, q.w()));
-  }
-  return error;
-}
 
 std::vector<InertialSample> simulate_sensor(const PoseAt& world_from_camera, double duration, Nanoseconds start,
                                             const OrientationSensorOptions& o) {

@@ -12,29 +12,6 @@
 
 namespace plumbline::sim {
 
-/// Error of a fused orientation that depends on the orientation alone (Giancola, Schneider,
-/// Wonka, Ghanem 2018, §5): about each earth axis a smooth 2π-periodic function of the angle about that axis, the same
-/// whenever the sensor comes back to an orientation.
-class SystematicError {
- public:
-  /// `amplitude`: largest magnitude about x, y (tilt) and z (heading), radians, that each function reaches. `harmonics`
-  /// ≥ 1. Throws Error for values out of range.
-  SystematicError(const Eigen::Vector3d& amplitude, int harmonics, std::uint64_t seed);
-
-  /// The function of axis 0…2 at an angle, radians.
-  double about(int axis, double angle) const;
-  /// Rotation vector in earth axes. The angle about an axis is that of the twist in swing and twist; where there is
-  /// next to no twist to speak of (half a turn about an axis across), the function fades out, so that the error stays
-  /// smooth.
-  Eigen::Vector3d at(const Eigen::Matrix3d& earth_from_body) const;
-
- private:
-  struct Harmonic {
-    double sine, cosine;
-  };
-  std::vector<Harmonic> harmonics_[3];
-};
-
 struct OrientationSensorOptions {
   double rate = 100;        ///< Hz
   double latency = 0;       ///< seconds by which a reading's stamp is late

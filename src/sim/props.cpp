@@ -199,8 +199,10 @@ void bookcase(MeshBuilder& m, const SE3& pose, double width, double height, int 
     const double share = random.uniform(0.35, 0.75) * (width - 0.1);
     const SE3 left = pose * shift(-width / 2 + 0.04, -0.14, z + 0.01);
     const double used = book_row(m, left, share, stream(key, 100 + static_cast<std::uint64_t>(i)));
-    for (double x = used + 0.12; x < width - 0.14; x += random.uniform(0.15, 0.24))
-      trinket(m, left * stand(x, random.uniform(-0.04, 0.02), 0, random.uniform(-1, 1)), random);
+    for (double x = used + 0.12; x < width - 0.14; x += random.uniform(0.15, 0.24)) {
+      const double y = random.uniform(-0.04, 0.02), yaw = random.uniform(-1, 1);
+      trinket(m, left * stand(x, y, 0, yaw), random);
+    }
   }
 }
 
@@ -361,9 +363,11 @@ void pen_holder(MeshBuilder& m, const SE3& pose, std::uint64_t key) {
   Random random(stream(key, 98));
   for (int i = 0; i < 7; ++i) {
     const double azimuth = 2 * kPi * i / 7;
-    m.cylinder(pose * turned(0.02 * std::cos(azimuth), 0.02 * std::sin(azimuth), 0.01, random.uniform(-0.25, 0.25),
-                             random.uniform(-0.25, 0.25), 0),
-               0.004, random.uniform(0.13, 0.17), plain(cover_color(random)), 8);
+    const double lean_x = random.uniform(-0.25, 0.25), lean_y = random.uniform(-0.25, 0.25);
+    const double length = random.uniform(0.13, 0.17);
+    const Rgb color = cover_color(random);
+    m.cylinder(pose * turned(0.02 * std::cos(azimuth), 0.02 * std::sin(azimuth), 0.01, lean_x, lean_y, 0), 0.004,
+               length, plain(color), 8);
   }
 }
 
@@ -385,9 +389,10 @@ void book_stack(MeshBuilder& m, const SE3& pose, int count, std::uint64_t key) {
   Random random(stream(key, 101));
   double z = 0;
   for (int i = 0; i < count; ++i) {
-    const Vector3d half(random.uniform(0.07, 0.11), random.uniform(0.10, 0.145), random.uniform(0.008, 0.024));
-    book(m, pose * stand(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), z, random.uniform(-0.3, 0.3)), half,
-         cover_color(random));
+    const double half_x = random.uniform(0.07, 0.11), half_y = random.uniform(0.10, 0.145);
+    const Vector3d half(half_x, half_y, random.uniform(0.008, 0.024));
+    const double x = random.uniform(-0.02, 0.02), y = random.uniform(-0.02, 0.02), yaw = random.uniform(-0.3, 0.3);
+    book(m, pose * stand(x, y, z, yaw), half, cover_color(random));
     z += 2 * half.z();
   }
 }
@@ -404,7 +409,8 @@ double book_row(MeshBuilder& m, const SE3& pose, double length, std::uint64_t ke
         turned(x, random.uniform(-0.015, 0.01), height + 0.003, 0, -kPi / 2 + lean, kPi / 2) * turned(0, 0, 0, 0, 0, 0);
     const SE3 place = pose * upright * turned(0, 0, -thickness, 0, 0, 0);
     const Rgb cover = cover_color(random);
-    m.box(place * shift(0, 0, thickness), {height, thickness, random.uniform(0.065, 0.09)},
+    const double depth = random.uniform(0.065, 0.09);
+    m.box(place * shift(0, 0, thickness), {height, thickness, depth},
           mottled(cover, blend(cover, kWhite, 0.4), {0.05, 0.2, 0.2}, stream(key, 5)));
     x += thickness + 0.001;
   }
@@ -439,9 +445,8 @@ void papers(MeshBuilder& m, const SE3& pose, std::uint64_t key) {
       return line && lattice_noise({p.x() / 0.015, p.y() / 0.02, 0}, k) > -0.2 ? Rgb{110, 112, 118}
                                                                                : Rgb{242, 241, 236};
     };
-    m.sheet(pose * stand(random.uniform(-0.06, 0.06), random.uniform(-0.05, 0.05), 0.003 + 0.004 * i,
-                         random.uniform(-0.6, 0.6)),
-            {0.105, 0.148}, curl, ink, true);
+    const double x = random.uniform(-0.06, 0.06), y = random.uniform(-0.05, 0.05), yaw = random.uniform(-0.6, 0.6);
+    m.sheet(pose * stand(x, y, 0.003 + 0.004 * i, yaw), {0.105, 0.148}, curl, ink, true);
   }
   m.cell = 0.03;
 }

@@ -2,8 +2,8 @@
 // towards local −y unless said otherwise. Lengths in metres.
 #pragma once
 
+#include "core/random.h"
 #include "sim/mesh_builder.h"
-#include "sim/random.h"
 
 namespace plumbline::sim::props {
 

@@ -264,10 +264,12 @@ void fridge(MeshBuilder& m, const SE3& pose) {
   m.box(pose * stand(0, -0.635, 1.51), {0.295, 0.015, 0.28}, paint);
   for (const double z : {0.9, 1.4}) m.cylinder(pose * stand(-0.25, -0.68, z), 0.012, 0.22, plain({150, 154, 160}), 12);
   Random random(61);
-  for (int i = 0; i < 9; ++i)
-    m.box(pose * turned(random.uniform(-0.2, 0.2), -0.654, random.uniform(0.8, 1.7), 0, random.uniform(-0.3, 0.3), 0),
-          {random.uniform(0.02, 0.06), 0.004, random.uniform(0.02, 0.07)},
+  for (int i = 0; i < 9; ++i) {
+    const double x = random.uniform(-0.2, 0.2), z = random.uniform(0.8, 1.7), lean = random.uniform(-0.3, 0.3);
+    const double half_width = random.uniform(0.02, 0.06), half_height = random.uniform(0.02, 0.07);
+    m.box(pose * turned(x, -0.654, z, 0, lean, 0), {half_width, 0.004, half_height},
           mottled({230, 200, 90}, {200, 80, 70}, {0.03, 0.03, 0.03}, static_cast<std::uint64_t>(i)));
+  }
 }
 
 Mesh kitchen() {

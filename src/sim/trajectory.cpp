@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/random.h"
 #include "sim/analytic_scene.h"
-#include "sim/random.h"
 
 namespace plumbline::sim {
 namespace {

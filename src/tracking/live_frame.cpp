@@ -27,8 +27,11 @@ std::string size_text(int width, int height) { return std::to_string(width) + "x
 }  // namespace
 
 LiveFrame::LiveFrame(const Pinhole& camera, const PreprocessParameters& parameters, int levels, const Backend& backend,
-                     bool with_color)
-    : backend_(&backend), parameters_(parameters), pyramid_(make_pyramid(camera, levels, backend)) {
+                     bool with_color, int finest_level)
+    : backend_(&backend),
+      parameters_(parameters),
+      finest_level_(static_cast<std::size_t>(finest_level)),
+      pyramid_(make_pyramid(camera, levels, backend)) {
   const auto allocate = [&](std::size_t bytes) { return backend.allocate(bytes); };
   readings_ = {camera.width, camera.height, allocate};
   raw_depth_ = {camera.width, camera.height, allocate};
@@ -46,28 +49,38 @@ void LiveFrame::prepare(const Frame& frame) {
                 "frame " + std::to_string(frame.index), "all frames of a sequence must have one size");
   has_depth_ = any_in_range(frame, parameters_);
   upload(*backend_, frame.depth, readings_);
-  backend_->run(kernels::ToMetres{read_only(readings_), raw_depth_.view(), static_cast<float>(1 / frame.depth_scale),
-                                  static_cast<float>(parameters_.min_depth),
-                                  static_cast<float>(parameters_.max_depth)});
+  to_metres(frame, raw_depth_);
   has_color_ = !color_.empty() && !frame.color.empty();
   if (has_color_) upload_color(frame.color);
 
+  make_pyramid_of(frame);
+  for (std::size_t level = finest_level_; level < pyramid_.size(); ++level) estimate_normals(pyramid_[level]);
+}
+
+void LiveFrame::to_metres(const Frame& frame, const Plane<float>& depth) const {
+  backend_->run(kernels::ToMetres{read_only(readings_), depth.view(), static_cast<float>(1 / frame.depth_scale),
+                                  static_cast<float>(parameters_.min_depth),
+                                  static_cast<float>(parameters_.max_depth)});
+}
+
+/// At the top the smoothed readings, or, without smoothing, the raw ones, which are needed twice only if that level is
+/// tracked.
+void LiveFrame::make_pyramid_of(const Frame& frame) {
   const double sigma_space = parameters_.bilateral_sigma_space, sigma_range = parameters_.bilateral_sigma_range;
-  DepthLevel& finest = pyramid_.front();
+  const Plane<float>* finer = &raw_depth_;
   if (parameters_.bilateral) {
-    backend_->run(kernels::BilateralFilter{read_only(raw_depth_), finest.depth.view(), parameters_.bilateral_radius,
+    finer = &pyramid_.front().depth;
+    backend_->run(kernels::BilateralFilter{read_only(raw_depth_), finer->view(), parameters_.bilateral_radius,
                                            static_cast<float>(0.5 / (sigma_space * sigma_space)),
                                            static_cast<float>(0.5 / (sigma_range * sigma_range))});
-  } else {
-    backend_->run(
-        kernels::ToMetres{read_only(readings_), finest.depth.view(), static_cast<float>(1 / frame.depth_scale),
-                          static_cast<float>(parameters_.min_depth), static_cast<float>(parameters_.max_depth)});
+  } else if (finest_level_ == 0) {
+    to_metres(frame, pyramid_.front().depth);
   }
   for (std::size_t level = 1; level < pyramid_.size(); ++level) {
-    backend_->run(kernels::DecimateDepth{read_only(pyramid_[level - 1].depth), pyramid_[level].depth.view(),
+    backend_->run(kernels::DecimateDepth{read_only(*finer), pyramid_[level].depth.view(),
                                          static_cast<float>(parameters_.decimation_range)});
+    finer = &pyramid_[level].depth;
   }
-  for (DepthLevel& level : pyramid_) estimate_normals(level);
 }
 
 void LiveFrame::estimate_normals(DepthLevel& level) {

@@ -10,8 +10,9 @@ namespace plumbline {
 /// The buffers of the current frame in a backend's memory, made once and used for every frame.
 class LiveFrame {
  public:
+  /// Levels finer than `finest_level` get no normals: they are not tracked.
   LiveFrame(const Pinhole& camera, const PreprocessParameters& parameters, int levels, const Backend& backend,
-            bool with_color);
+            bool with_color, int finest_level = 0);
 
   /// Uploads a frame and prepares it. Throws Error if its images are not of the camera's size.
   void prepare(const Frame& frame);
@@ -24,10 +25,13 @@ class LiveFrame {
 
  private:
   void upload_color(const ColorImage& color);
+  void to_metres(const Frame& frame, const Plane<float>& depth) const;
+  void make_pyramid_of(const Frame& frame);
   void estimate_normals(DepthLevel& level);
 
   const Backend* backend_;
   PreprocessParameters parameters_;
+  std::size_t finest_level_;
   Plane<std::uint16_t> readings_;
   Plane<float> raw_depth_;
   Plane<std::int32_t> color_;

@@ -1,5 +1,6 @@
 #include "tracking/tracker.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,37 +13,104 @@ namespace {
 
 constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
+/// σ(z) = 1.2 + 1.9 (z − 0.4)² mm (Nguyen, Izadi, Lovell 2012, axial), scaled to 1 at 1.5 m.
+kernels::NoiseModel nguyen_noise() {
+  constexpr double kBase = 1.2, kSlope = 1.9, kNearest = 0.4, kUnit = 1.5;
+  constexpr double kAtUnit = kBase + kSlope * (kUnit - kNearest) * (kUnit - kNearest);
+  return {static_cast<float>(kBase / kAtUnit), static_cast<float>(kSlope / kAtUnit), static_cast<float>(kNearest)};
+}
+
 /// What one iteration found.
 struct Iteration {
   IcpSums sums;
   Solution solution;
+  Matrix6d h;  ///< of the system, left increments of model_from_live
 };
 
 /// The prior's equations are in left increments of world_from_camera, the registration's in left increments of
 /// model_from_live; they differ by the adjoint of world_from_model.
-void add_prior(const Prior& prior, const SE3& world_from_model, const SE3& model_from_live, const IcpSums& sums,
-               int level_pixels, Matrix6d* h, Vector6d* b) {
-  const NormalEquations term = prior.evaluate(world_from_model * model_from_live, sums.inliers(), level_pixels);
+void add_prior(const Prior& prior, const SE3& world_from_model, const SE3& model_from_live, const Association& found,
+               Matrix6d* h, Vector6d* b) {
+  const NormalEquations term = prior.evaluate(world_from_model * model_from_live, found);
   const Matrix6d world_from_model_increment = world_from_model.adjoint();
   *h += world_from_model_increment.transpose() * term.h * world_from_model_increment;
   *b += world_from_model_increment.transpose() * term.b;
 }
 
-/// One association and solve at one level, and the step that follows from it.
-Iteration iterate(const Backend& backend, const DepthLevel& live, const DepthLevel& model, const TrackingInput& input,
-                  const TrackingParameters& parameters, SE3* model_from_live) {
-  kernels::IcpInput in = icp_input(live, model);
-  set_gates(parameters, *model_from_live, &in);
-  Iteration iteration{backend.reduce(kernels::IcpReduce{in}), {}};
+/// One pyramid level of one frame.
+class Level {
+ public:
+  Level(const Backend& backend, const DepthLevel& live, const DepthLevel& model, const TrackingInput& input,
+        const TrackingParameters& parameters)
+      : backend_(&backend), live_(&live), model_(&model), input_(&input), parameters_(&parameters) {
+    if (parameters.median_filter)
+      distances_ = {live.camera.width, live.camera.height, [&](std::size_t bytes) { return backend.allocate(bytes); }};
+  }
 
-  Matrix6d h = iteration.sums.hessian();
-  Vector6d b = iteration.sums.gradient();
-  if (input.prior != nullptr)
-    add_prior(*input.prior, input.world_from_model, *model_from_live, iteration.sums,
-              live.camera.width * live.camera.height, &h, &b);
-  iteration.solution = solve(h, b, parameters.max_condition);
-  *model_from_live = (SE3::exp(iteration.solution.step) * *model_from_live).normalized();
-  return iteration;
+  int pixels() const { return live_->camera.width * live_->camera.height; }
+
+  /// Association and solve, and the step that follows from it. `median` is the last known one, metres.
+  Iteration iterate(double median, SE3* model_from_live) const {
+    Iteration iteration{associate(median, *model_from_live), {}, {}};
+    const double information = registration_information(*parameters_, pixels(), iteration.sums.hessian());
+    Matrix6d h = information * iteration.sums.hessian();
+    Vector6d b = information * iteration.sums.gradient();
+    if (input_->prior != nullptr)
+      add_prior(*input_->prior, input_->world_from_model, *model_from_live,
+                {iteration.sums.inliers(), pixels(), information}, &h, &b);
+    iteration.h = h;
+    iteration.solution = solve(h, b, parameters_->max_condition);
+    *model_from_live = (SE3::exp(iteration.solution.step) * *model_from_live).normalized();
+    return iteration;
+  }
+
+ private:
+  /// One pass over the pixels. With the median filter it is made with the band around the last median and corrected for
+  /// that of its own: the bands differ by little, and so do the pixels to look at again.
+  IcpSums associate(double median, const SE3& model_from_live) const {
+    kernels::IcpInput in = icp_input(*live_, *model_);
+    set_gates(*parameters_, model_from_live, &in);
+    if (!parameters_->median_filter) return backend_->reduce(kernels::IcpReduce{in});
+    set_band(*parameters_, median, &in);
+    IcpSums sums = backend_->reduce(kernels::IcpReduce{in, distances_.view()});
+    kernels::IcpCorrection correction{in, in.band_low, in.band_high, read_only(distances_)};
+    set_band(*parameters_, sums.median_distance(), &correction.in);
+    if (correction.in.band_low != in.band_low) backend_->correct(correction, &sums);
+    return sums;
+  }
+
+  const Backend* backend_;
+  const DepthLevel *live_, *model_;
+  const TrackingInput* input_;
+  const TrackingParameters* parameters_;
+  Plane<float> distances_;  ///< of every pixel's pair, metres
+};
+
+/// A level has converged when the median's bin has not changed over so many successive iterations (METHOD.md §4).
+class MedianConvergence {
+ public:
+  explicit MedianConvergence(int successive) : successive_(successive) {}
+  bool converged(const IcpSums& sums) {
+    if (successive_ == 0) return false;
+    const int bin = sums.median_bin();
+    same_ = bin == last_ ? same_ + 1 : 1;
+    last_ = bin;
+    return same_ >= successive_;
+  }
+
+ private:
+  int successive_, same_ = 0, last_ = -1;
+};
+
+/// Covariance of the camera's position out of the system's inverse: increments about the camera's own centre, in the
+/// world's axes, so that turning does not move it.
+Eigen::Matrix3d position_covariance(const Matrix6d& h, const SE3& world_from_model, const SE3& world_from_camera) {
+  const SE3 world_from_centre(Eigen::Matrix3d::Identity(), world_from_camera.translation());
+  const Matrix6d model_from_centre = (world_from_model.inverse() * world_from_centre).adjoint();
+  const Matrix6d at_centre = model_from_centre.transpose() * h * model_from_centre;
+  const Eigen::LDLT<Matrix6d> factors(at_centre);
+  if (factors.info() != Eigen::Success || !factors.isPositive()) return Eigen::Matrix3d::Zero();
+  return factors.solve(Matrix6d::Identity()).bottomRightCorner<3, 3>();
 }
 
 LostReason judge(const TrackingResult& result, const TrackingInput& input, const TrackingParameters& parameters) {
@@ -64,10 +132,26 @@ int min_inliers_at(const TrackingParameters& parameters, int level) {
 void summarise(const Iteration& last, int level, TrackingResult* result) {
   result->inliers = last.sums.inliers() << (2 * level);  // in pixels of the full image
   result->inlier_fraction = static_cast<double>(last.sums.inliers()) / std::max(1, last.sums.with_depth());
-  result->rms = last.sums.inliers() > 0 ? std::sqrt(last.sums.squares() / last.sums.inliers()) : 0;
+  result->rms = last.sums.rms();
   result->median_distance = last.sums.median_distance();
   result->rank = last.solution.rank;
   result->condition = last.solution.condition;
+}
+
+IcpIteration traced(const Iteration& iteration, int level, int level_pixels, const SE3& world_from_camera) {
+  const IcpSums& sums = iteration.sums;
+  IcpIteration trace;
+  trace.level = level;
+  trace.histogram = sums.histogram;
+  trace.bin_width = sums.bin_width;
+  trace.median_distance = sums.median_distance();
+  trace.pairs = sums.pairs();
+  trace.matched = sums.inliers();
+  trace.matched_fraction = static_cast<double>(sums.inliers()) / level_pixels;
+  trace.rms = sums.rms();
+  trace.step = iteration.solution.step;
+  trace.world_from_camera = world_from_camera;
+  return trace;
 }
 
 }  // namespace
@@ -110,29 +194,45 @@ void set_gates(const TrackingParameters& parameters, const SE3& model_from_live,
   in->cos_normal_gate = static_cast<float>(std::cos(parameters.normal_gate * kRadiansPerDegree));
   in->band_low = 0;
   in->band_high = std::numeric_limits<float>::max();
+  if (parameters.depth_weights) in->noise = nguyen_noise();
+  if (parameters.huber > 0) in->huber = static_cast<float>(parameters.huber);
   in->bins = parameters.histogram_bins;
   in->bins_per_metre = static_cast<float>(parameters.histogram_bins / parameters.histogram_range);
+}
+
+void set_band(const TrackingParameters& parameters, double median_distance, kernels::IcpInput* in) {
+  in->band_low = static_cast<float>(median_distance - parameters.median_band);
+  in->band_high = static_cast<float>(median_distance + parameters.median_band);
 }
 
 TrackingResult track(const Backend& backend, const DepthPyramid& live, const DepthPyramid& model,
                      const TrackingInput& input, const TrackingParameters& parameters) {
   TrackingResult result;
   SE3 model_from_live = input.world_from_model.inverse() * input.world_from_camera_seed;
+  Matrix6d last_h = Matrix6d::Zero();
+  const std::size_t missing = live.size() - model.size();  // finest levels that the model does not have
   int level = pyramid_levels(parameters) - 1;
   for (const int limit : parameters.iterations) {
     const auto at = static_cast<std::size_t>(level);
-    if (input.convergence != nullptr) input.convergence->start_level();
+    const Level registration(backend, live[at], model[at - missing], input, parameters);
+    MedianConvergence convergence(parameters.converged_after);
     result.iterations.push_back(0);
     while (result.iterations.back() < limit) {
-      const Iteration iteration = iterate(backend, live[at], model[at], input, parameters, &model_from_live);
+      const Iteration iteration = registration.iterate(result.median_distance, &model_from_live);
       ++result.iterations.back();
       summarise(iteration, level, &result);
+      last_h = iteration.h;
+      if (input.trace != nullptr)
+        input.trace->push_back(
+            traced(iteration, level, registration.pixels(), input.world_from_model * model_from_live));
       if (iteration.sums.inliers() < min_inliers_at(parameters, level)) break;  // nothing left to hold on to
-      if (input.convergence != nullptr && input.convergence->converged(iteration.sums)) break;
+      if (convergence.converged(iteration.sums)) break;
     }
     --level;
   }
   result.world_from_camera = (input.world_from_model * model_from_live).normalized();
+  if (result.rank == 6)
+    result.position_covariance = position_covariance(last_h, input.world_from_model, result.world_from_camera);
   result.reason = judge(result, input, parameters);
   result.status = result.reason == LostReason::none ? TrackingStatus::tracked : TrackingStatus::lost;
   return result;

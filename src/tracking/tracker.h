@@ -1,12 +1,14 @@
 // Frame-to-model registration, coarse to fine: from a seed to a pose, and why it is believed.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
 #include "backend/maps.h"
 #include "core/parameters.h"
 #include "core/se3.h"
+#include "tracking/priors.h"
 
 namespace plumbline {
 
@@ -15,34 +17,26 @@ enum class LostReason { none, no_depth, few_inliers, singular, implausible_step 
 std::string_view to_string(TrackingStatus status);
 std::string_view to_string(LostReason reason);
 
-/// One 6×6 term on top of the registration's: 0.5 ξᵀ H ξ − bᵀ ξ, with ξ the left increment of world_from_camera.
-struct NormalEquations {
-  Matrix6d h = Matrix6d::Zero();
-  Vector6d b = Vector6d::Zero();
-};
-
-/// Something known beside the depth image: evaluated afresh at the estimate of every iteration.
-class Prior {
- public:
-  virtual ~Prior() = default;
-  /// `matched_pixels` of `level_pixels` is what this iteration's association found.
-  virtual NormalEquations evaluate(const SE3& world_from_camera, int matched_pixels, int level_pixels) const = 0;
-};
-
-/// Decides from the distance distributions whether a level has converged.
-class ConvergenceTest {
- public:
-  virtual ~ConvergenceTest() = default;
-  virtual void start_level() = 0;
-  virtual bool converged(const IcpSums& sums) = 0;
+/// What one iteration saw and did, for plots of distance distributions and convergence.
+struct IcpIteration {
+  int level = 0;
+  std::vector<std::int32_t> histogram;  ///< pairs per distance bin; the last entry counts those beyond the range
+  double bin_width = 0;                 ///< metres
+  double median_distance = 0;           ///< metres
+  int pairs = 0;                        ///< in the distribution
+  int matched = 0;                      ///< of these, used
+  double matched_fraction = 0;          ///< of the level's pixels
+  double rms = 0;                       ///< point-to-plane, metres
+  Vector6d step = Vector6d::Zero();     ///< (ω, v), left increment of model_from_live: radians, metres
+  SE3 world_from_camera;                ///< after the step
 };
 
 /// What the tracker starts from. The default is the plain KinectFusion of METHOD.md §1.
 struct TrackingInput {
-  SE3 world_from_model;                    ///< camera pose from which the model was predicted
-  SE3 world_from_camera_seed;              ///< initial guess
-  const Prior* prior = nullptr;            ///< none: registration alone
-  ConvergenceTest* convergence = nullptr;  ///< none: the iterations of the parameters
+  SE3 world_from_model;                        ///< camera pose from which the model was predicted
+  SE3 world_from_camera_seed;                  ///< initial guess
+  const Prior* prior = nullptr;                ///< none: registration alone
+  std::vector<IcpIteration>* trace = nullptr;  ///< if given, gets every iteration
 };
 
 /// What came out of one frame.
@@ -57,6 +51,8 @@ struct TrackingResult {
   double median_distance = 0;   ///< of the associated pairs, metres, at the histogram's resolution
   int rank = 0;                 ///< of the last 6×6 system, 6 when all directions are held
   double condition = 0;         ///< of the last 6×6 system after scaling
+  /// Of the position, priors included, world frame, metres²; zero if the last system was singular.
+  Eigen::Matrix3d position_covariance = Eigen::Matrix3d::Zero();
 };
 
 /// Levels of both pyramids needed: finest_level + number of entries of iterations.
@@ -65,7 +61,11 @@ int pyramid_levels(const TrackingParameters& parameters);
 /// The gates of the parameters in a kernel's input, at an estimate.
 void set_gates(const TrackingParameters& parameters, const SE3& model_from_live, kernels::IcpInput* in);
 
-/// Registers `live` against `model` (METHOD.md §1, "association" and "minimisation").
+/// The band of distances that the median filter keeps, in a kernel's input.
+void set_band(const TrackingParameters& parameters, double median_distance, kernels::IcpInput* in);
+
+/// Registers `live` against `model` (METHOD.md §1, "association" and "minimisation"; §3 and §4). The model's
+/// pyramid may lack the finest levels, which are not registered.
 TrackingResult track(const Backend& backend, const DepthPyramid& live, const DepthPyramid& model,
                      const TrackingInput& input, const TrackingParameters& parameters);
 

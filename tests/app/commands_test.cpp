@@ -40,7 +40,7 @@ TEST_F(Commands, BackendsListsTheCpu) {
 TEST_F(Commands, PrintConfigIsAConfigurationFile) {
   const Outcome outcome = plumbline({"run", "--print-config", "--set", "volume.side=5.5"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  Parameters printed, expected;
+  Parameters printed, expected = preset("plumbline");
   parse_parameters(outcome.out, "printed", &printed);
   expected.volume.side = 5.5;
   EXPECT_EQ(to_toml(printed), to_toml(expected));

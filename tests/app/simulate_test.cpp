@@ -1,5 +1,6 @@
 // `simulate`, and `eval surface` on what comes out.
 #include <gmock/gmock.h>
+#include <sched.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -77,6 +78,30 @@ TEST_F(Simulate, SameSeedSameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(files, 8 + 8 + 8);
   const auto first_depth = [&](const std::string& folder) { return read_text(path(folder) + "/depth/1.000000.png"); };
   EXPECT_NE(first_depth("a"), first_depth("c"));
+}
+
+TEST_F(Simulate, MoreThreadsThanTheProcessMayHaveAreQuietAndChangeNothing) {
+  const auto words = [&](const std::string& folder, const std::string& threads) {
+    return std::vector<std::string>{"simulate", "-o",       path(folder), "--size",  "160x120",   "--frames", "3",
+                                    "--scene",  "corridor", "--no-color", "--quiet", "--threads", threads};
+  };
+  Launch on_one_core;
+  on_one_core.in_child = [] {
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    sched_getaffinity(0, sizeof(one), &one);
+    int core = 0;
+    while (!CPU_ISSET(core, &one)) ++core;
+    CPU_ZERO(&one);
+    CPU_SET(core, &one);
+    sched_setaffinity(0, sizeof(one), &one);
+  };
+  const Outcome many = plumbline(words("many", "8"), on_one_core);
+  ASSERT_EQ(many.exit_code, 0) << many.err;
+  EXPECT_EQ(many.err + many.out, "") << "no warning of oneTBB";
+  ASSERT_EQ(plumbline(words("one", "1")).exit_code, 0);
+  for (const char* name : {"depth/1.000000.png", "depth/1.066667.png", "imu.csv", "groundtruth.txt"})
+    EXPECT_EQ(read_text(path("many") + "/" + name), read_text(path("one") + "/" + name)) << name;
 }
 
 TEST_F(Simulate, TurnsOnTheSpotAndPlaysFaster) {

@@ -165,6 +165,68 @@ TEST_P(Icp, SumsMatchBruteForce) {
   EXPECT_NEAR(sums.squares(), squares, 0.01 * squares);
 }
 
+// σ(z) = 1.2 + 1.9 (z − 0.4)² mm, in units of 5 mm.
+constexpr kernels::NoiseModel kNoise = {0.24f, 0.38f, 0.4f};
+constexpr double kHuber = 0.004;
+
+TEST_P(Icp, WeightsAreThoseOfDepthNoiseAndHuber) {
+  const Problem problem = desk_problem();
+  Matrix6d h = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  int beyond = 0;
+  for (int v = 0; v < problem.live_camera.height; ++v) {
+    for (int u = 0; u < problem.live_camera.width; ++u) {
+      const Pair pair = associate(problem, u, v);
+      if (pair.use != PixelUse::used) continue;
+      const double z = double{problem.live.depth.at(u, v)}, r = pair.residual();
+      const double sigma = 0.24 + 0.38 * (z - 0.4) * (z - 0.4);
+      const double weight = 1 / (sigma * sigma) * (std::abs(r) > kHuber ? kHuber / std::abs(r) : 1);
+      beyond += std::abs(r) > kHuber;
+      Vector6d a;
+      a << pair.p.cross(pair.n), pair.n;
+      h += weight * a * a.transpose();
+      b += weight * a * r;
+    }
+  }
+  ASSERT_GT(beyond, 1000);
+  Uploaded uploaded(backend(), problem);
+  uploaded.in.noise = kNoise;
+  uploaded.in.huber = static_cast<float>(kHuber);
+  const IcpSums sums = backend().reduce(kernels::IcpReduce{uploaded.in});
+  EXPECT_LT((sums.hessian() - h).norm(), kSumTolerance * h.norm());
+  EXPECT_LT((sums.gradient() - b).norm(), kSumTolerance * b.norm() + 1e-3);
+  const IcpSums plain = reduce(backend(), problem);
+  EXPECT_GT((sums.hessian() - plain.hessian()).norm(), 0.1 * h.norm());
+  EXPECT_EQ(sums.inliers(), plain.inliers());
+  EXPECT_EQ(sums.squares(), plain.squares()) << "the residual that is reported has no weights";
+}
+
+TEST_P(Icp, ACorrectedPassIsThePassWithTheBandItself) {
+  const Problem problem = desk_problem();
+  Uploaded uploaded(backend(), problem);
+  uploaded.in.noise = kNoise;
+  uploaded.in.huber = static_cast<float>(kHuber);
+  const auto distances = test::make_plane<float>(backend(), problem.live_camera.width, problem.live_camera.height);
+  const struct { float low, high; } bands[] = {{0, 0.02f}, {0.01f, 0.05f}, {0.2f, 0.3f}, {0, 1}, {0.004f, 0.006f}};
+  for (const auto& from : bands) {
+    for (const auto& to : bands) {
+      uploaded.in.band_low = from.low;
+      uploaded.in.band_high = from.high;
+      IcpSums corrected = backend().reduce(kernels::IcpReduce{uploaded.in, distances.view()});
+      EXPECT_EQ(test::dirty_padding(backend(), distances), 0);
+      uploaded.in.band_low = to.low;
+      uploaded.in.band_high = to.high;
+      backend().correct(kernels::IcpCorrection{uploaded.in, from.low, from.high, read_only(distances)}, &corrected);
+      const IcpSums direct = backend().reduce(kernels::IcpReduce{uploaded.in});
+      EXPECT_EQ(corrected.inliers(), direct.inliers());
+      EXPECT_EQ(corrected.histogram, direct.histogram);
+      // What is added and taken away again leaves its rounding.
+      EXPECT_LT((corrected.hessian() - direct.hessian()).norm(), 1e-6 * reduce(backend(), problem).hessian().norm());
+      EXPECT_LT((corrected.gradient() - direct.gradient()).norm(), 1e-5 * (1 + direct.gradient().norm()));
+    }
+  }
+}
+
 /// Σ ½ r² of the used pairs after the left perturbation p ← exp(ξ) p, the association kept.
 double cost(const std::vector<Pair>& pairs, const Vector6d& xi) {
   const SE3 step = SE3::exp(xi);

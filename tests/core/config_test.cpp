@@ -45,7 +45,7 @@ std::string setting_error(const std::string& assignment) {
 
 TEST(Config, TheDefaultIsTheKinectFusionPreset) {
   EXPECT_EQ(to_toml(preset("kinectfusion")), to_toml(Parameters()));
-  EXPECT_THAT(preset_names(), testing::ElementsAre("kinectfusion"));
+  EXPECT_THAT(preset_names(), testing::ElementsAre("plumbline", "paper", "kinectfusion"));
   EXPECT_NO_THROW(validate(Parameters()));
 }
 

@@ -24,8 +24,9 @@ __global__ void pixels(Kernel kernel) {
                                     static_cast<int>(blockIdx.y));
 }
 
-__global__ void sums(IcpReduce kernel, ThreadSums* out) {
-  kernel.operator()<float>(static_cast<int>(threadIdx.x), static_cast<int>(blockIdx.x), *out);
+template <class Kernel>
+__global__ void sums(Kernel kernel, ThreadSums* out) {
+  kernel.template operator()<float>(static_cast<int>(threadIdx.x), static_cast<int>(blockIdx.x), *out);
 }
 
 __global__ void bricks(Integrate kernel) {
@@ -44,6 +45,8 @@ template __global__ void pixels<DecimateDepth>(DecimateDepth);
 template __global__ void pixels<PlaneNormals>(PlaneNormals);
 template __global__ void pixels<IntegralInput>(IntegralInput);
 template __global__ void pixels<IntegralNormals>(IntegralNormals);
+template __global__ void sums<IcpReduce>(IcpReduce, ThreadSums*);
+template __global__ void sums<IcpCorrection>(IcpCorrection, ThreadSums*);
 template __global__ void pixels<ExplainPixels>(ExplainPixels);
 template __global__ void pixels<DepthRangeBase>(DepthRangeBase);
 template __global__ void pixels<DepthRangeCoarser>(DepthRangeCoarser);

@@ -218,10 +218,12 @@ TEST(AnalyticPipeline, TheMeshFacesTheFreeSide) {
 TEST(AnalyticPipeline, ExplainsItsPixels) {
   const auto backend = make_backend("cpu");
   Pipeline pipeline(small_parameters(), small_camera(), *backend);
-  Image<std::uint8_t> use;
-  pipeline.process(scan().frames[0], &use);
+  FrameDiagnostics diagnostics;
+  diagnostics.want_pixel_use = true;
+  const Image<std::uint8_t>& use = diagnostics.pixel_use;
+  pipeline.process(scan().frames[0], &diagnostics);
   EXPECT_TRUE(use.empty()) << "the first frame is not registered";
-  const FrameReport report = pipeline.process(scan().frames[1], &use);
+  const FrameReport report = pipeline.process(scan().frames[1], &diagnostics);
   ASSERT_EQ(use.width, 320);
   int used = 0;
   for (const std::uint8_t code : use.pixels) used += code == static_cast<std::uint8_t>(kernels::PixelUse::used);

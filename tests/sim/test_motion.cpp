@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/random.h"
 #include "sim/mesh_builder.h"
 #include "sim/orientation_sensor.h"
-#include "sim/random.h"
 #include "sim/scenes.h"
 #include "sim/trajectory.h"
 #include "sim/visibility.h"
@@ -222,32 +222,6 @@ TEST(Sensor, AccelerometerWithoutTheMotionIsGravityAndTheLeverArmIsFelt) {
     EXPECT_LT((samples[i].earth_from_body * samples[i].magnetic_field - earth_magnetic_field()).norm(), 1e-9);
   }
   EXPECT_GT(lever, 0.02);
-}
-
-TEST(Sensor, SystematicErrorIsPeriodicBoundedAndRepeats) {
-  const SystematicError error({3 * kDegree, 3 * kDegree, 10 * kDegree}, 3, 7),
-      other({3 * kDegree, 3 * kDegree, 10 * kDegree}, 3, 8);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double amplitude = (axis == 2 ? 10 : 3) * kDegree;
-    double largest = 0;
-    for (int i = 0; i < 360; ++i) {
-      const double angle = i * kDegree;
-      largest = std::max(largest, std::abs(error.about(axis, angle)));
-      EXPECT_NEAR(error.about(axis, angle), error.about(axis, angle + 2 * std::numbers::pi), 1e-12);
-      // Turned about one axis, the sensor errs by that axis' function, as on the paper's rotary table.
-      const Matrix3d r = so3::exp(angle * Vector3d::Unit(axis));
-      EXPECT_NEAR(error.at(r)[axis], error.about(axis, angle), 1e-9);
-    }
-    EXPECT_NEAR(largest, amplitude, 0.01 * amplitude);
-    EXPECT_NE(error.about(axis, 1), other.about(axis, 1));
-  }
-  // Smooth over all orientations: a millirad of turn changes it little, wherever it is.
-  Random random(3);
-  for (int i = 0; i < 2000; ++i) {
-    const Matrix3d r = so3::exp(3.1 * Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)));
-    const Matrix3d turned_a_little = so3::exp(Vector3d(5e-4, -6e-4, 6e-4)) * r;
-    EXPECT_LT((error.at(r) - error.at(turned_a_little)).norm(), 0.012);
-  }
 }
 
 TEST(Sensor, ClockLatencyAndDisturbance) {

@@ -119,8 +119,10 @@ TEST_F(LostFrames, PixelUseExplainsTheFrame) {
   Frame frame = scan().frame(1);
   for (int v = 30; v < 50; ++v) std::fill(frame.depth.row(v) + 40, frame.depth.row(v) + 60, std::uint16_t{0});
   for (int v = 30; v < 50; ++v) std::fill(frame.depth.row(v) + 80, frame.depth.row(v) + 110, std::uint16_t{4000});
-  Image<std::uint8_t> use;
-  const FrameReport report = pipeline.process(frame, &use);
+  FrameDiagnostics diagnostics;
+  diagnostics.want_pixel_use = diagnostics.want_iterations = true;
+  const FrameReport report = pipeline.process(frame, &diagnostics);
+  const Image<std::uint8_t>& use = diagnostics.pixel_use;
   ASSERT_EQ(report.tracking.status, TrackingStatus::tracked);
   ASSERT_EQ(use.width, 160);
   ASSERT_EQ(use.height, 120);
@@ -139,21 +141,26 @@ TEST_F(LostFrames, PixelUseExplainsTheFrame) {
   const auto used = std::count(use.pixels.begin(), use.pixels.end(), std::uint8_t{0});
   EXPECT_NEAR(static_cast<double>(used), report.tracking.inliers, 0.02 * report.tracking.inliers)
       << "the report counts before the last step, the image after it";
+  ASSERT_FALSE(diagnostics.iterations.empty());
+  EXPECT_EQ(diagnostics.iterations.back().matched, report.tracking.inliers);
 
-  Image<std::uint8_t> of_lost;
-  pipeline.process(with_readings(scan().frame(2), 0), &of_lost);
-  EXPECT_TRUE(of_lost.empty()) << "it was not registered";
+  FrameDiagnostics of_empty, of_lost;
+  of_empty.want_pixel_use = of_lost.want_pixel_use = of_empty.want_iterations = true;
+  pipeline.process(with_readings(scan().frame(2), 0), &of_empty);
+  EXPECT_TRUE(of_empty.pixel_use.empty() && of_empty.iterations.empty()) << "it was not registered";
   pipeline.process(with_readings(scan().frame(2), 2000), &of_lost);
-  ASSERT_EQ(of_lost.width, 160) << "it was, in vain";
-  EXPECT_EQ(std::count(of_lost.pixels.begin(), of_lost.pixels.end(), std::uint8_t{0}), 0);
+  ASSERT_EQ(of_lost.pixel_use.width, 160) << "it was, in vain";
+  EXPECT_TRUE(of_lost.iterations.empty()) << "nobody asked";
+  EXPECT_EQ(std::count(of_lost.pixel_use.pixels.begin(), of_lost.pixel_use.pixels.end(), std::uint8_t{0}), 0);
 }
 
-TEST_F(LostFrames, AskingForPixelUseChangesNothing) {
+TEST_F(LostFrames, AskingForDiagnosticsChangesNothing) {
   Pipeline asked(small_parameters(), scan().camera, *backend_, scan().pose(0));
   Pipeline quiet(small_parameters(), scan().camera, *backend_, scan().pose(0));
   for (int i = 0; i < 4; ++i) {
-    Image<std::uint8_t> use;
-    EXPECT_EQ(asked.process(scan().frame(i), &use).world_from_camera.translation(),
+    FrameDiagnostics diagnostics;
+    diagnostics.want_pixel_use = diagnostics.want_iterations = true;
+    EXPECT_EQ(asked.process(scan().frame(i), &diagnostics).world_from_camera.translation(),
               quiet.process(scan().frame(i)).world_from_camera.translation());
   }
 }

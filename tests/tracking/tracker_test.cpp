@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "backend/scenes.h"
 #include "mapping/volume.h"
 #include "tracking/live_frame.h"
@@ -11,6 +13,13 @@ namespace plumbline {
 namespace {
 
 using test::kRadiansPerDegree;
+
+/// Residuals that weigh one beside a prior, whatever the sensor.
+TrackingParameters unit_residuals() {
+  TrackingParameters parameters;
+  parameters.residual_sigma = 1;
+  return parameters;
+}
 
 /// A scene fused from one pose and predicted from it, and what is tracked against it.
 class Model {
@@ -30,14 +39,14 @@ class Model {
 
   /// Tracks what a camera at `world_from_camera` sees, to the last bit: readings of 1/5000 m would be noise.
   TrackingResult track(const SE3& world_from_camera, TrackingInput input = {},
-                       const TrackingParameters& parameters = {}) const {
+                       const TrackingParameters& parameters = unit_residuals()) const {
     const test::View view = test::view_of(scene_, camera(), world_from_camera);
     return track_depth(view.depth, input, parameters);
   }
 
   TrackingResult track_depth(const Image<float>& depth, TrackingInput input,
                              const TrackingParameters& parameters) const {
-    DepthPyramid live = make_pyramid(camera(), static_cast<int>(model_.size()), *backend_);
+    DepthPyramid live = make_pyramid(camera(), 3, *backend_);
     upload(*backend_, depth, live.front().depth);
     for (std::size_t l = 0; l < live.size(); ++l) {
       if (l > 0) backend_->run(kernels::DecimateDepth{read_only(live[l - 1].depth), live[l].depth.view(), 0.09f});
@@ -45,6 +54,13 @@ class Model {
     }
     input.world_from_model = world_from_model_;
     return plumbline::track(*backend_, live, model_, input, parameters);
+  }
+
+  /// The same prediction without its finest image.
+  Model without_finest_level() const {
+    Model coarse(scene_, world_from_model_);
+    coarse.model_.erase(coarse.model_.begin());
+    return coarse;
   }
 
   static Pinhole camera() { return test::pinhole(320, 240); }
@@ -227,8 +243,8 @@ class PosePrior : public Prior {
     int matched_pixels, level_pixels;
   };
 
-  NormalEquations evaluate(const SE3& world_from_camera, int matched_pixels, int level_pixels) const override {
-    calls.push_back({world_from_camera, matched_pixels, level_pixels});
+  NormalEquations evaluate(const SE3& world_from_camera, const Association& found) const override {
+    calls.push_back({world_from_camera, found.matched_pixels, found.level_pixels});
     NormalEquations term;
     Vector6d xi;
     if (translation_weight_ > 0) {
@@ -255,7 +271,7 @@ TEST(TrackerPrior, AStrongRotationHolds) {
   const PosePrior prior(believed, 1e9, 0);
   TrackingInput input = desk().seed();
   input.prior = &prior;
-  TrackingParameters parameters;
+  TrackingParameters parameters = unit_residuals();
   parameters.max_condition = 1e12;  // such a weight is what the test is about
   const TrackingResult result = desk().track(truth, input, parameters);
   EXPECT_EQ(result.status, TrackingStatus::tracked);
@@ -287,7 +303,7 @@ TEST(TrackerPrior, IncrementsAreOnTheLeftInTheWorldsFrame) {
   const PosePrior prior(goal, 1e14, 1e14);
   TrackingInput input = desk().seed(seed);
   input.prior = &prior;
-  TrackingParameters parameters;
+  TrackingParameters parameters = unit_residuals();
   parameters.iterations = {0, 0, 1};
   const TrackingResult result = desk().track(desk().world_from_model(), input, parameters);
   expect_near(result.world_from_camera, goal, 1e-7, 1e-5);
@@ -303,7 +319,7 @@ TEST(TrackerPrior, TheGradientIsThatOfTheCost) {
     const Vector6d xi = (goal * t.inverse()).log();
     return 0.5 * (3 * xi.head<3>().squaredNorm() + 5 * xi.tail<3>().squaredNorm());
   };
-  const NormalEquations term = prior.evaluate(pose, 0, 0);
+  const NormalEquations term = prior.evaluate(pose, {});
   constexpr double kStep = 1e-6;
   for (int i = 0; i < 6; ++i) {
     const Vector6d xi = Vector6d::Unit(i) * kStep;
@@ -313,7 +329,7 @@ TEST(TrackerPrior, TheGradientIsThatOfTheCost) {
   const PosePrior strong(goal, 3e12, 5e12);
   TrackingInput input = desk().seed();
   input.prior = &strong;
-  TrackingParameters parameters;
+  TrackingParameters parameters = unit_residuals();
   parameters.iterations = {0, 0, 1};
   EXPECT_LT(cost(desk().track(pose, input, parameters).world_from_camera), 1e-6 * cost(pose));
 }
@@ -342,45 +358,103 @@ TEST(TrackerPrior, IsToldWhatTheAssociationFound) {
 
 // ---- convergence ----------------------------------------------------------------------------------------------------
 
-class StopAfter : public ConvergenceTest {
- public:
-  explicit StopAfter(int iterations) : limit_(iterations) {}
-  void start_level() override {
-    ++levels;
-    seen_ = 0;
-  }
-  bool converged(const IcpSums& sums) override {
-    inliers.push_back(sums.inliers());
-    return ++seen_ >= limit_;
-  }
-
-  int levels = 0;
-  std::vector<int> inliers;
-
- private:
-  int limit_, seen_ = 0;
-};
-
-TEST(TrackerConvergence, EndsALevelAndNotTheFrame) {
-  StopAfter stop(2);
+TEST(TrackerConvergence, EndsALevelOnceTheMedianStandsStill) {
+  TrackingParameters parameters;
+  parameters.iterations = {20, 20, 20};
+  parameters.converged_after = 3;
+  std::vector<IcpIteration> trace;
   TrackingInput input = desk().seed();
-  input.convergence = &stop;
-  const TrackingResult result = desk().track(desk().world_from_model(), input);
-  EXPECT_EQ(result.iterations, (std::vector<int>{2, 2, 2}));
-  EXPECT_EQ(stop.levels, 3);
-  ASSERT_EQ(stop.inliers.size(), 6u);
-  EXPECT_EQ(stop.inliers.back(), result.inliers);
-  EXPECT_EQ(result.status, TrackingStatus::tracked);
+  input.trace = &trace;
+  const SE3 truth = desk().world_from_model() * test::Random(16).motion(1 * kRadiansPerDegree, 0.02);
+  const TrackingResult result = desk().track(truth, input, parameters);
+  ASSERT_EQ(result.status, TrackingStatus::tracked);
+  expect_near(result.world_from_camera, truth, 2e-3, 0.1);
+  std::size_t end = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto count = static_cast<std::size_t>(result.iterations[i]);
+    EXPECT_GE(count, 3u);
+    EXPECT_LT(count, 20u) << "level " << 2 - i << " never converged";
+    end += count;
+    ASSERT_LE(end, trace.size());
+    EXPECT_EQ(trace[end - 1].median_distance, trace[end - 2].median_distance);
+    EXPECT_EQ(trace[end - 1].median_distance, trace[end - 3].median_distance);
+    EXPECT_TRUE(count == 3 || trace[end - 4].median_distance != trace[end - 3].median_distance);
+  }
+  EXPECT_EQ(end, trace.size());
 }
 
 TEST(TrackerConvergence, TheParametersRemainTheLimit) {
-  StopAfter never(1000);
-  TrackingInput input = desk().seed();
-  input.convergence = &never;
+  TrackingParameters parameters;
+  parameters.converged_after = 1000;
   const SE3 truth = desk().world_from_model() * test::Random(16).motion(1 * kRadiansPerDegree, 0.02);
-  const TrackingResult result = desk().track(truth, input);
+  const TrackingResult result = desk().track(truth, desk().seed(), parameters);
   EXPECT_EQ(result.iterations, (std::vector<int>{4, 5, 10}));
   expect_near(result.world_from_camera, truth, 1e-3, 0.05);
+}
+
+// ---- what an iteration tells ----------------------------------------------------------------------------------------
+
+TEST(TrackerTrace, IsThatOfTheRun) {
+  std::vector<IcpIteration> trace;
+  TrackingInput input = desk().seed();
+  input.trace = &trace;
+  const SE3 truth = desk().world_from_model() * test::Random(17).motion(2 * kRadiansPerDegree, 0.03);
+  const TrackingResult result = desk().track(truth, input);
+  ASSERT_EQ(trace.size(), 19u);
+  EXPECT_EQ(trace.front().level, 2);
+  EXPECT_EQ(trace.back().level, 0);
+  EXPECT_EQ(trace.back().matched, result.inliers);
+  EXPECT_EQ(trace.back().median_distance, result.median_distance);
+  EXPECT_LT(trace.back().step.norm(), 1e-3 * trace.front().step.norm());
+  expect_near(trace.back().world_from_camera, result.world_from_camera, 1e-12, 1e-9);
+  for (const IcpIteration& iteration : trace) {
+    EXPECT_EQ(std::accumulate(iteration.histogram.begin(), iteration.histogram.end(), 0), iteration.pairs);
+    EXPECT_GE(iteration.pairs, iteration.matched);
+  }
+}
+
+// ---- the median filter ----------------------------------------------------------------------------------------------
+
+TEST(TrackerMedianFilter, LeavesOutWhatLiesFarFromTheMedian) {
+  const SE3 truth = desk().world_from_model() * test::Random(18).motion(2 * kRadiansPerDegree, 0.04);
+  TrackingParameters wide = unit_residuals(), filtered = unit_residuals();
+  wide.distance_gate = filtered.distance_gate = 0.5;
+  filtered.median_filter = true;
+  filtered.median_band = 0.02;
+  std::vector<IcpIteration> all, some;
+  TrackingInput input = desk().seed();
+  input.trace = &all;
+  desk().track(truth, input, wide);
+  input.trace = &some;
+  const TrackingResult result = desk().track(truth, input, filtered);
+  // In the first iteration both see the same pairs, and the histogram tells how many lie in the band.
+  ASSERT_EQ(all.front().histogram, some.front().histogram);
+  const double median = some.front().median_distance;
+  double low = 0, high = 0;  // bins that lie inside whole, and those that touch the band
+  for (std::size_t i = 0; i < some.front().histogram.size(); ++i) {
+    const double from = static_cast<double>(i) * 0.0005, to = from + 0.0005;
+    if (from >= median - 0.02 && to <= median + 0.02) low += some.front().histogram[i];
+    if (to >= median - 0.02 && from <= median + 0.02) high += some.front().histogram[i];
+  }
+  EXPECT_LT(some.front().matched, all.front().matched);
+  EXPECT_LE(some.front().matched, high);
+  EXPECT_GT(some.front().matched, 0.5 * low) << "normals and gates leave out some";
+  EXPECT_EQ(result.status, TrackingStatus::tracked);
+  expect_near(result.world_from_camera, truth, 1e-3, 0.05);
+}
+
+// ---- levels ---------------------------------------------------------------------------------------------------------
+
+TEST(TrackerLevels, TheModelNeedsNoLevelsThatAreNotTracked) {
+  const SE3 truth = desk().world_from_model() * test::Random(19).motion(1 * kRadiansPerDegree, 0.02);
+  TrackingParameters parameters;
+  parameters.iterations = {4, 6};
+  parameters.finest_level = 1;
+  const TrackingResult whole = desk().track(truth, desk().seed(), parameters);
+  const TrackingResult part = desk().without_finest_level().track(truth, desk().seed(), parameters);
+  EXPECT_EQ(whole.world_from_camera.translation(), part.world_from_camera.translation());
+  EXPECT_EQ(whole.world_from_camera.rotation(), part.world_from_camera.rotation());
+  expect_near(part.world_from_camera, truth, 2e-3, 0.1);
 }
 
 TEST(Tracker, GatesAreThoseOfTheParameters) {

@@ -58,6 +58,12 @@ IcpSums LanesBase::reduce(const kernels::IcpReduce& kernel) const {
   return sums;
 }
 
+void LanesBase::correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const {
+  double changes[kernels::icp_sum::kCount];
+  reduce_into(kernel, changes);
+  for (int slot = 0; slot < kernels::icp_sum::kCount; ++slot) sums->slots[slot] += changes[slot];
+}
+
 int LanesBase::compact(const std::int32_t* flags, int count, std::int32_t* list) const {
   return cpu::compact(threads_, flags, count, list);
 }

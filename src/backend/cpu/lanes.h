@@ -20,6 +20,7 @@ class LanesBase : public Backend {
   void clear(void* device, std::size_t bytes) const override;
   void integral_image(const PlaneView<std::int32_t>& plane) const override;
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
+  void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
   int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;
   std::int64_t scan(std::int32_t* values, int count) const override;
   void run(const kernels::CountBrick& kernel, int entries) const override;
@@ -29,6 +30,7 @@ class LanesBase : public Backend {
  protected:
   const Threads& threads() const { return threads_; }
   virtual void reduce_into(const kernels::IcpReduce& kernel, double* sums, std::int32_t* histogram) const = 0;
+  virtual void reduce_into(const kernels::IcpCorrection& kernel, double* sums) const = 0;
 
  private:
   Threads threads_;

@@ -1,6 +1,5 @@
 #include "backend/cpu/threads.h"
 
-#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/threads.h"
 
 namespace plumbline::cpu {
 namespace {
@@ -22,12 +22,6 @@ constexpr int kColumnBlock = 64;
 
 int chunks_of(int count, int size) { return (count + size - 1) / size; }
 
-/// More threads than the process allows are not to be had, and oneTBB would print a warning.
-int allowed(int count) {
-  const std::size_t limit = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  return static_cast<int>(std::min(static_cast<std::size_t>(count), limit));
-}
-
 struct AlignedDelete {
   void operator()(std::byte* p) const { ::operator delete[](p, std::align_val_t{64}); }
 };
@@ -35,7 +29,7 @@ struct AlignedDelete {
 }  // namespace
 
 struct Threads::State {
-  explicit State(int count) : arena(allowed(count)) {}
+  explicit State(int count) : arena(allowed_threads(count)) {}
   tbb::task_arena arena;
   struct Scratch {
     std::unique_ptr<std::byte[], AlignedDelete> memory;

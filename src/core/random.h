@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace plumbline::sim {
+namespace plumbline {
 
 /// A bijection of 64 bits that scatters neighbouring values (the finaliser of SplitMix64: Steele, Lea, Flood 2014).
 constexpr std::uint64_t scramble(std::uint64_t x) {
@@ -49,4 +49,4 @@ class Random {
   std::uint64_t key_, counter_ = 0;
 };
 
-}  // namespace plumbline::sim
+}  // namespace plumbline

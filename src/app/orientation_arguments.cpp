@@ -1,0 +1,119 @@
+#include "app/orientation_arguments.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <numbers>
+#include <utility>
+
+#include "app/arguments.h"
+#include "imu/error_model.h"
+#include "io/orientation_file.h"
+
+namespace plumbline::app {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// The value of an option by its name; `otherwise` where it was not given.
+template <class E, class Default>
+Default choice(const std::string& text, const char* option, Default otherwise) {
+  if (text.empty()) return otherwise;
+  constexpr auto kNames = names(E{});
+  const auto found = std::find(kNames.begin(), kNames.end(), text);
+  if (found == kNames.end())
+    throw UsageError("there is no '" + text + "'", option, fmt::format("Take one of: {}.", fmt::join(kNames, ", ")));
+  return static_cast<E>(found - kNames.begin());
+}
+
+OrientationConvention convention_of(const OrientationArguments& a) {
+  OrientationConvention convention;
+  convention.quaternion = choice<QuaternionOrder>(a.quaternion, "--quaternion", convention.quaternion);
+  convention.orientation_of = choice<OrientationOf>(a.orientation_of, "--orientation-of", convention.orientation_of);
+  convention.earth = choice<EarthAxes>(a.earth, "--earth", convention.earth);
+  return convention;
+}
+
+Eigen::Matrix3d mounting_of(const std::string& text) {
+  if (text.empty()) return Eigen::Matrix3d::Identity();
+  parse_numbers(text, 4, "--mounting", "\"QX QY QZ QW\"");
+  return parse_pose("0 0 0 " + text, "--mounting").rotation();
+}
+
+OrientationErrorModel error_model_of(const OrientationArguments& a) {
+  constexpr const char* kOption = "--imu-model";
+  OrientationErrorModel model;
+  if (a.imu_model.find_first_of("0123456789") == 0 || a.imu_model.find(',') != std::string::npos) {
+    const std::vector<double> n = parse_numbers(a.imu_model, 3, kOption, "AX,AY,AZ in degrees");
+    for (const double degrees : n)
+      if (degrees < 0 || degrees > 180)
+        throw UsageError(fmt::format("{} is out of range", degrees), kOption, "Give degrees from 0 to 180.");
+    model.amplitude = kDegree * Eigen::Vector3d(n[0], n[1], n[2]);
+  } else {
+    if (a.imu_model != "ideal" && a.imu_model != "bno055")
+      throw UsageError("there is no error model '" + a.imu_model + "'", kOption,
+                       "Take ideal, bno055 or three amplitudes in degrees, such as 3,3,10.");
+    model = error_model(a.imu_model);
+  }
+  model.seed = a.imu_seed;
+  return model;
+}
+
+void note_error_model(const OrientationErrorModel& model, std::vector<std::string>* notes) {
+  if (notes == nullptr || model.amplitude.isZero(0)) return;
+  const Eigen::Vector3d a = model.amplitude / kDegree;
+  notes->push_back(
+      fmt::format("a systematic error of up to {:.6g}°, {:.6g}° (tilt) and {:.6g}° (heading) was added, seed {}", a.x(),
+                  a.y(), a.z(), model.seed));
+}
+
+}  // namespace
+
+void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
+  CLI::Option* file = command.add_option("--orientation", a.path,
+                                         "Readings of an orientation sensor: t qx qy qz qw, TUM's or EuRoC's format");
+  file->type_name("FILE");
+  const auto add = [&](const char* name, auto& value, const char* help, const char* type) {
+    return command.add_option(name, value, help)->needs(file)->type_name(type);
+  };
+  add("--quaternion", a.quaternion, "Order in the file (default: by its format)", "xyzw|wxyz");
+  add("--orientation-of", a.orientation_of, "What it turns into what (default: body-to-world)",
+      "body-to-world|world-to-body");
+  add("--earth", a.earth, "Earth axes of the file (default: enu)", "enu|ned|y-up");
+  add("--orientation-offset", a.offset, "Seconds added to the sensor's stamps", "SECONDS")
+      ->check(CLI::Range(-1e9, 1e9))
+      ->capture_default_str();
+  add("--mounting", a.mounting, "body_from_camera (default: \"0 0 0 1\")", "\"QX QY QZ QW\"");
+  add("--orientation-max-gap", a.max_gap, "Longest time between two readings that is bridged", "SECONDS")
+      ->check(CLI::Range(1e-6, 1e3))
+      ->capture_default_str();
+  CLI::Option* model = add("--imu-model", a.imu_model, "Adds a systematic error, to degrade an ideal orientation",
+                           "ideal|bno055|AX,AY,AZ");
+  add("--imu-seed", a.imu_seed, "Of that error", "N")->needs(model)->capture_default_str();
+}
+
+std::optional<OrientationStream> load_orientation(const OrientationArguments& a, std::vector<std::string>* notes) {
+  if (a.path.empty()) return std::nullopt;
+  OrientationStreamOptions options;
+  options.time_offset = a.offset;
+  options.max_gap = a.max_gap;
+  options.body_from_camera = mounting_of(a.mounting);
+  const OrientationConvention declared = convention_of(a);
+  const OrientationErrorModel model = a.imu_model.empty() ? OrientationErrorModel{} : error_model_of(a);
+  if (std::error_code error; !std::filesystem::exists(a.path, error))
+    throw UsageError("there is no such file", "--orientation " + a.path,
+                     "Give a file with lines t qx qy qz qw, or in TUM's or EuRoC's format.");
+  std::vector<OrientationSample> samples = read_orientations(a.path, declared, notes, &options.convention);
+  note_error_model(model, notes);
+  return OrientationStream(with_error(model, std::move(samples)), options);
+}
+
+std::string describe(const OrientationArguments& a) {
+  if (a.path.empty() || a.imu_model.empty()) return a.path;
+  return fmt::format("{}, error model {} seed {}", a.path, a.imu_model, a.imu_seed);
+}
+
+}  // namespace plumbline::app

@@ -1,0 +1,35 @@
+// The options of an orientation sensor's readings.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "imu/orientation_stream.h"
+
+namespace CLI {
+class App;
+}
+
+namespace plumbline::app {
+
+struct OrientationArguments {
+  std::string path, quaternion, orientation_of, earth, mounting, imu_model;
+  double offset = OrientationStreamOptions{}.time_offset;  // seconds
+  double max_gap = OrientationStreamOptions{}.max_gap;     // seconds
+  std::uint64_t imu_seed = 1;
+};
+
+/// All but --orientation itself are mistakes without it.
+void add_orientation_arguments(CLI::App& command, OrientationArguments& arguments);
+
+/// The stream that the options describe; empty without --orientation. Throws UsageError for values that are not of
+/// their option's form and a file that does not exist, Error for one that holds no orientations.
+std::optional<OrientationStream> load_orientation(const OrientationArguments& arguments,
+                                                  std::vector<std::string>* notes = nullptr);
+
+/// File and error model, for summaries; empty without --orientation.
+std::string describe(const OrientationArguments& arguments);
+
+}  // namespace plumbline::app

@@ -1,0 +1,70 @@
+#include "imu/error_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/random.h"
+
+namespace plumbline {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr const char* kWhere = "orientation error model";
+constexpr double kPi = std::numbers::pi;
+constexpr std::uint64_t kHarmonicsStream = 301;
+
+}  // namespace
+
+SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) {
+  if (harmonics < 1 || harmonics > 100 || !(amplitude.minCoeff() >= 0) || !amplitude.allFinite())
+    throw Error("the systematic error is out of range", kWhere, "give amplitudes from 0 and 1 to 100 harmonics");
+  for (int axis = 0; axis < 3; ++axis) {
+    Random random(stream(stream(seed, kHarmonicsStream), static_cast<std::uint64_t>(axis)));
+    for (int k = 1; k <= harmonics; ++k) harmonics_[axis].push_back({random.normal() / k, random.normal() / k});
+    constexpr int kGrid = 720;
+    double largest = 0;
+    for (int i = 0; i < kGrid; ++i) largest = std::max(largest, std::abs(about(axis, 2 * kPi * i / kGrid)));
+    for (Harmonic& h : harmonics_[axis]) h = {h.sine * amplitude[axis] / largest, h.cosine * amplitude[axis] / largest};
+  }
+}
+
+double SystematicError::about(int axis, double angle) const {
+  double sum = 0;
+  int k = 0;
+  for (const Harmonic& h : harmonics_[axis]) {
+    ++k;
+    sum += h.sine * std::sin(k * angle) + h.cosine * std::cos(k * angle);
+  }
+  return sum;
+}
+
+Vector3d SystematicError::at(const Matrix3d& earth_from_body) const {
+  constexpr double kFaint = 0.04;  ///< of the twist's quaternion, squared length
+  const Eigen::Quaterniond q(earth_from_body);
+  Vector3d error;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double along = q.vec()[axis], share = std::min(1.0, (along * along + q.w() * q.w()) / kFaint);
+    error[axis] = share * share * (3 - 2 * share) * about(axis, 2 * std::atan2(along, q.w()));
+  }
+  return error;
+}
+
+OrientationErrorModel error_model(std::string_view name) {
+  constexpr double kDegree = kPi / 180;
+  if (name == "ideal") return {};
+  if (name == "bno055") return {Vector3d(3, 3, 10) * kDegree};
+  throw Error("there is no error model '" + std::string(name) + "'", kWhere, "take ideal or bno055");
+}
+
+std::vector<OrientationSample> with_error(const OrientationErrorModel& model, std::vector<OrientationSample> samples) {
+  const SystematicError error(model.amplitude, model.harmonics, model.seed);
+  for (OrientationSample& sample : samples)
+    sample.earth_from_body = so3::exp(error.at(sample.earth_from_body)) * sample.earth_from_body;
+  return samples;
+}
+
+}  // namespace plumbline

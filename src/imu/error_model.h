@@ -1,0 +1,48 @@
+// The error of a chip that fuses its own readings into an orientation (Giancola, Schneider, Wonka, Ghanem 2018, §5).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/frame.h"
+
+namespace plumbline {
+
+/// Error of a fused orientation that depends on the orientation alone: about each earth axis a smooth 2π-periodic
+/// function of the angle about that axis, the same whenever the sensor comes back to an orientation.
+class SystematicError {
+ public:
+  /// `amplitude`: largest magnitude about x, y (tilt) and z (heading), radians, that each function reaches. `harmonics`
+  /// ≥ 1. Throws Error for values out of range.
+  SystematicError(const Eigen::Vector3d& amplitude, int harmonics, std::uint64_t seed);
+
+  /// The function of axis 0…2 at an angle, radians.
+  double about(int axis, double angle) const;
+  /// Rotation vector in earth axes. The angle about an axis is that of the twist in swing and twist; where there is
+  /// next to no twist to speak of (half a turn about an axis across), the function fades out, so that the error stays
+  /// smooth.
+  Eigen::Vector3d at(const Eigen::Matrix3d& earth_from_body) const;
+
+ private:
+  struct Harmonic {
+    double sine, cosine;
+  };
+  std::vector<Harmonic> harmonics_[3];
+};
+
+struct OrientationErrorModel {
+  Eigen::Vector3d amplitude = Eigen::Vector3d::Zero();  ///< radians: tilt about x and y, heading about z
+  int harmonics = 3;
+  std::uint64_t seed = 1;
+};
+
+/// "ideal": none; "bno055": ±3° of tilt, ±10° of heading, as the paper measured. Throws Error for other names.
+OrientationErrorModel error_model(std::string_view name);
+
+/// The samples as a sensor with this systematic error would have reported them: exp(error) earth_from_body, in earth
+/// axes. There is no random part, as the paper found none. Throws Error for a model out of range.
+std::vector<OrientationSample> with_error(const OrientationErrorModel& model, std::vector<OrientationSample> samples);
+
+}  // namespace plumbline

@@ -1,0 +1,202 @@
+#include "io/orientation_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/error.h"
+#include "io/stamped_lines.h"
+#include "io/text_file.h"
+
+namespace plumbline {
+namespace {
+
+constexpr const char* kAdvice =
+    "write each orientation as: t qx qy qz qw (seconds, unit quaternion), or give a file in TUM's or EuRoC's format";
+
+/// Where in a line the quaternion stands.
+struct Columns {
+  std::array<std::size_t, 4> quaternion{};  ///< in the order of the file
+  QuaternionOrder order = QuaternionOrder::xyzw;
+};
+
+struct Layout {
+  std::size_t fields = 0;
+  bool nanoseconds = false;
+  Columns columns;
+};
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+/// Names of columns between commas, or between blanks where there are none; lower case, without units in brackets.
+std::vector<std::string> column_names(std::string_view head) {
+  std::vector<std::string> names;
+  if (head.find(',') == std::string_view::npos) {
+    for (const std::string_view name : split_fields(head)) names.push_back(lower(name));
+    return names;
+  }
+  for (std::string_view rest = head; !rest.empty();) {
+    const std::size_t comma = std::min(rest.find(','), rest.size());
+    const std::string_view name = rest.substr(0, comma);
+    names.push_back(lower(trim(name.substr(0, name.find('[')))));
+    rest.remove_prefix(std::min(comma + 1, rest.size()));
+  }
+  return names;
+}
+
+/// 'w', 'x', 'y' or 'z' if the name is that of a quaternion's component, else 0.
+char component_of(std::string_view name) {
+  if (name.size() < 2 || name.back() < 'w' || name.back() > 'z') return 0;
+  std::string_view stem = name.substr(0, name.size() - 1);
+  while (!stem.empty() && (stem.back() == '_' || stem.back() == '.' || stem.back() == '/')) stem.remove_suffix(1);
+  return stem.starts_with('q') || stem.ends_with("orientation") ? name.back() : '\0';
+}
+
+std::optional<Columns> columns_by_name(const std::vector<std::string>& names) {
+  Columns columns;
+  std::string components;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const char component = component_of(names[i]);
+    if (component == 0) continue;
+    if (components.size() < 4) columns.quaternion[components.size()] = i;
+    components += component;
+  }
+  if (components != "xyzw" && components != "wxyz") return std::nullopt;
+  if (components == "wxyz") columns.order = QuaternionOrder::wxyz;
+  return columns;
+}
+
+std::optional<Columns> columns_by_number(std::size_t fields, bool nanoseconds) {
+  const QuaternionOrder order = nanoseconds ? QuaternionOrder::wxyz : QuaternionOrder::xyzw;
+  if (fields == 5) return Columns{{1, 2, 3, 4}, order};
+  if (fields == 8 || (nanoseconds && fields > 8)) return Columns{{4, 5, 6, 7}, order};
+  return std::nullopt;
+}
+
+std::string_view first_field(const TextLine& line) {
+  const auto fields = split_fields(line.text, true);
+  return fields.empty() ? std::string_view() : fields.front();
+}
+
+/// A heading is a line whose first field is a word.
+bool is_heading(const TextLine& line) {
+  const std::string_view first = first_field(line);
+  return !first.empty() && (std::isalpha(static_cast<unsigned char>(first.front())) != 0 || first.front() == '"') &&
+         !parse_double(first);
+}
+
+bool is_nanoseconds(std::string_view stamp) {
+  constexpr std::size_t kDigits = 11;  // whole seconds of 317 years
+  return stamp.size() >= kDigits && parse_unsigned(stamp).has_value();
+}
+
+Layout find_layout(const TextFile& file, std::string_view head, bool has_heading, const std::vector<TextLine>& lines) {
+  Layout layout;
+  layout.fields = split_fields(lines.front().text, true).size();
+  layout.nanoseconds =
+      head.find("[ns]") != std::string_view::npos ||
+      std::any_of(lines.begin(), lines.end(), [](const TextLine& line) { return is_nanoseconds(first_field(line)); });
+  const std::vector<std::string> names = column_names(head);
+  std::optional<Columns> columns;
+  if (names.size() == layout.fields) columns = columns_by_name(names);
+  if (!columns && has_heading)
+    throw Error(fmt::format("has no orientation among the columns {}", fmt::join(names, ", ")), file.path(), kAdvice);
+  if (!columns) columns = columns_by_number(layout.fields, layout.nanoseconds);
+  if (!columns)
+    file.fail(lines.front(), fmt::format("has {} fields, where an orientation has 5 or 8", layout.fields), kAdvice);
+  layout.columns = *columns;
+  return layout;
+}
+
+Nanoseconds parse_stamp(const TextFile& file, const TextLine& line, std::string_view text, bool nanoseconds) {
+  if (!nanoseconds) return stamp_of(file, line, text, kAdvice);
+  const auto time = parse_unsigned(text);
+  if (!time) file.fail(line, fmt::format("'{}' is not a time in whole nanoseconds", text), kAdvice);
+  return *time;
+}
+
+/// A line as it stands there; the numbers need not be those of a rotation.
+std::pair<Nanoseconds, Eigen::Vector4d> parse_line(const TextFile& file, const TextLine& line,
+                                                   const std::vector<std::string_view>& fields, const Layout& layout) {
+  if (fields.size() != layout.fields)
+    file.fail(line, fmt::format("has {} fields where the lines before have {}", fields.size(), layout.fields), kAdvice);
+  Eigen::Vector4d numbers;
+  for (int i = 0; i < 4; ++i) {
+    const std::string_view field = fields[layout.columns.quaternion[static_cast<std::size_t>(i)]];
+    const auto value = parse_double(field);
+    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kAdvice);
+    numbers[i] = *value;
+  }
+  return {parse_stamp(file, line, fields.front(), layout.nanoseconds), numbers};
+}
+
+bool is_unit(const Eigen::Vector4d& quaternion) { return std::abs(quaternion.norm() - 1) <= kUnitTolerance; }
+
+/// Counts what was left out, to be told once.
+struct NotUnit {
+  int count = 0, first_line = 0;
+
+  void add(const TextLine& line) {
+    if (count++ == 0) first_line = line.number;
+  }
+  void tell(const std::string& path, std::size_t good, std::vector<std::string>* notes) const {
+    if (count == 0) return;
+    const std::string what = fmt::format("{} of {} orientations are no unit quaternions (the first in line {})", count,
+                                         good + static_cast<std::size_t>(count), first_line);
+    if (static_cast<std::size_t>(count) > good) throw Error(what, path, kAdvice);
+    add_note(notes, what + " and were left out");
+  }
+};
+
+}  // namespace
+
+std::vector<OrientationSample> read_orientations(const std::string& path, const OrientationConvention& declared,
+                                                 std::vector<std::string>* notes, OrientationConvention* used) {
+  const TextFile file(path);
+  std::vector<TextLine> lines = file.lines();
+  const bool has_heading = !lines.empty() && is_heading(lines.front());
+  const std::string_view head = has_heading ? lines.front().text : file.head();
+  if (has_heading) lines.erase(lines.begin());
+  if (lines.empty()) throw Error("has no orientations", path, kAdvice);
+
+  const Layout layout = find_layout(file, head, has_heading, lines);
+  OrientationConvention convention = declared;
+  convention.quaternion = declared.quaternion.value_or(layout.columns.order);
+  if (used != nullptr) *used = convention;
+
+  std::vector<OrientationSample> samples;
+  samples.reserve(lines.size());
+  NotUnit not_unit;
+  for (const TextLine& line : lines) {
+    const std::vector<std::string_view> fields = split_fields(line.text, true);
+    const bool half_written = is_half_written(line, fields.size() < layout.fields);
+    try {
+      const auto [time, numbers] = parse_line(file, line, fields, layout);
+      if (is_unit(numbers)) {
+        samples.push_back({time, decode_orientation(numbers, convention)});
+      } else if (half_written) {
+        note_half_written(notes, line);
+      } else {
+        not_unit.add(line);
+      }
+    } catch (const Error&) {
+      if (!half_written) throw;
+      note_half_written(notes, line);
+    }
+  }
+  not_unit.tell(path, samples.size(), notes);
+  if (samples.empty()) throw Error("has no orientations", path, kAdvice);
+  sort_and_thin(&samples, "orientations", notes);
+  return samples;
+}
+
+}  // namespace plumbline

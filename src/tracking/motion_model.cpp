@@ -1,0 +1,23 @@
+#include "tracking/motion_model.h"
+
+#include <cmath>
+
+namespace plumbline {
+
+MotionModel::MotionModel(double sigma, double memory)
+    : sigma_(sigma), memory_(memory), variance_(sigma * sigma * Eigen::Matrix3d::Identity()) {}
+
+PositionBelief MotionModel::predict(const Eigen::Vector3d& last, double seconds) const {
+  const double kept = memory_ > 0 ? std::exp(-seconds / memory_) : 0;
+  const Eigen::Matrix3d variance =
+      kept * kept * variance_ + (1 - kept * kept) * sigma_ * sigma_ * Eigen::Matrix3d::Identity();
+  return {last + kept * seconds * velocity_, seconds * seconds * variance};
+}
+
+void MotionModel::observe(const Eigen::Vector3d& last, const Eigen::Vector3d& position,
+                          const Eigen::Matrix3d& covariance, double seconds) {
+  velocity_ = (position - last) / seconds;
+  variance_ = covariance / (seconds * seconds);
+}
+
+}  // namespace plumbline

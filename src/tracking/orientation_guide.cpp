@@ -1,0 +1,107 @@
+#include "tracking/orientation_guide.h"
+
+#include <numbers>
+
+namespace plumbline {
+namespace {
+
+constexpr double kRadiansPerDegree = std::numbers::pi / 180;
+
+// A third of a second at 30 Hz: long enough for a turn to stand out of the tracker's own error, short beside the
+// periods of a sensor's systematic error.
+constexpr std::size_t kSpanFrames = 10;
+constexpr std::size_t kShortestSpan = 4;
+constexpr double kDecay = 0.95;               // the last twenty spans count
+constexpr double kFewestSpans = 3;            // before these there is no judgement
+constexpr double kFloor = kRadiansPerDegree;  // what tracker and a good sensor disagree by over a span
+constexpr double kRegain = 0.5;               // of the limit: trust comes back later than it goes
+
+}  // namespace
+
+std::string_view to_string(OrientationUse use) {
+  switch (use) {
+    case OrientationUse::off:
+      return "";
+    case OrientationUse::missing:
+      return "missing";
+    case OrientationUse::first:
+      return "first";
+    case OrientationUse::used:
+      return "used";
+    case OrientationUse::distrusted:
+      return "disagrees with tracking";
+    case OrientationUse::dropped:
+      return "tracked better without";
+  }
+  return "unknown";
+}
+
+void OrientationMonitor::observe(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& world_from_camera) {
+  history_.push_back({earth_from_camera, world_from_camera});
+  if (history_.size() > kSpanFrames + 1) history_.pop_front();
+  if (distrust_ <= 0 || history_.size() <= kShortestSpan) return;
+  const Pair& then = history_.front();
+  const Eigen::Matrix3d sensor_turn = then.earth_from_camera.transpose() * earth_from_camera;
+  const Eigen::Matrix3d tracked_turn = then.world_from_camera.transpose() * world_from_camera;
+  const double missed = so3::angle(sensor_turn.transpose() * tracked_turn), turned = so3::angle(tracked_turn);
+  missed_ = kDecay * missed_ + missed * missed;
+  turned_ = kDecay * turned_ + turned * turned;
+  count_ = kDecay * count_ + 1;
+  if (count_ < kFewestSpans) return;
+  const double limit = distrust_ * turned_ + kFloor * kFloor * count_;
+  trusted_ = missed_ <= (trusted_ ? limit : kRegain * limit);
+}
+
+OrientationGuide::OrientationGuide(const OrientationParameters& parameters)
+    : parameters_(parameters), monitor_(parameters.distrust) {}
+
+bool OrientationGuide::is_on() const {
+  return parameters_.seed != OrientationSeed::none || parameters_.term != OrientationTerm::none;
+}
+
+OrientationUse OrientationGuide::use(const std::optional<Eigen::Matrix3d>& earth_from_camera) const {
+  if (!is_on()) return OrientationUse::off;
+  if (!earth_from_camera) return OrientationUse::missing;
+  if (!monitor_.trusted()) return OrientationUse::distrusted;
+  return earth_from_world_ ? OrientationUse::used : OrientationUse::first;
+}
+
+SE3 OrientationGuide::seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const {
+  switch (parameters_.seed) {
+    case OrientationSeed::none:
+      return last;
+    case OrientationSeed::absolute:
+      return {earth_from_world_->transpose() * earth_from_camera, last.translation()};
+    case OrientationSeed::relative:
+      if (!last_) return last;  // the last believed frame had no reading
+      return {last_->world_from_camera * last_->earth_from_camera.transpose() * earth_from_camera, last.translation()};
+  }
+  return last;
+}
+
+std::unique_ptr<Prior> OrientationGuide::term(const Eigen::Matrix3d& earth_from_camera) const {
+  switch (parameters_.term) {
+    case OrientationTerm::none:
+      return nullptr;
+    case OrientationTerm::damping:
+      return std::make_unique<RotationDamping>(parameters_.schedule, parameters_.lambda);
+    case OrientationTerm::anchor:
+      return std::make_unique<OrientationAnchor>(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
+  }
+  return nullptr;
+}
+
+void OrientationGuide::observe(const SE3& world_from_camera, const std::optional<Eigen::Matrix3d>& earth_from_camera,
+                               const std::optional<Eigen::Matrix3d>& witness) {
+  last_.reset();
+  if (!is_on() || !earth_from_camera) return;
+  if (witness) monitor_.observe(*earth_from_camera, *witness);
+  if (!monitor_.trusted()) {
+    earth_from_world_.reset();  // tied anew when trust comes back
+    return;
+  }
+  last_ = Reference{world_from_camera.rotation(), *earth_from_camera};
+  if (!earth_from_world_) earth_from_world_ = *earth_from_camera * world_from_camera.rotation().transpose();
+}
+
+}  // namespace plumbline

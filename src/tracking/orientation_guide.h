@@ -1,0 +1,80 @@
+// What an orientation sensor contributes to tracking: the seed, the term in the solve, and whether it can be believed.
+//
+// Frames: E earth (east, north, up), W world, C camera. Readings are earth_from_camera: mounting and time have been
+// taken care of.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "core/parameters.h"
+#include "core/se3.h"
+#include "tracking/priors.h"
+
+namespace plumbline {
+
+/// What became of the sensor in one frame.
+enum class OrientationUse {
+  off,         ///< no parameter asks for it, or the sequence has no sensor
+  missing,     ///< no reading for this frame
+  first,       ///< the reading that ties the earth to the world
+  used,        ///< as a seed, as a term, or both
+  distrusted,  ///< it disagrees with what was tracked over the last frames
+  dropped      ///< the frame could only be tracked without it, or clearly better
+};
+std::string_view to_string(OrientationUse use);
+
+/// Whether the sensor predicts the camera's turns better than the guess that the camera does not turn. Judged over
+/// spans of frames, where an orientation's smooth systematic error (METHOD.md §5) changes little, and a wrong
+/// convention, mounting or clock much.
+class OrientationMonitor {
+ public:
+  explicit OrientationMonitor(double distrust) : distrust_(distrust) {}
+  void observe(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& world_from_camera);
+  bool trusted() const { return trusted_; }
+
+ private:
+  struct Pair {
+    Eigen::Matrix3d earth_from_camera, world_from_camera;
+  };
+  std::deque<Pair> history_;
+  double missed_ = 0, turned_ = 0, count_ = 0;  ///< decaying sums: squared angles (radians²), spans
+  double distrust_;
+  bool trusted_ = true;
+};
+
+class OrientationGuide {
+ public:
+  explicit OrientationGuide(const OrientationParameters& parameters);
+
+  /// What a reading is good for now.
+  OrientationUse use(const std::optional<Eigen::Matrix3d>& earth_from_camera) const;
+
+  /// Initial guess of a frame: the position of `last`, and the rotation that the parameters ask for (METHOD.md §2 and
+  /// §6.3). The reading must be usable (`use` says so).
+  SE3 seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const;
+
+  /// The term that the parameters ask for, or null.
+  std::unique_ptr<Prior> term(const Eigen::Matrix3d& earth_from_camera) const;
+
+  /// A pose that is believed, with the frame's reading if it has one. `witness` is the rotation to judge the sensor by:
+  /// the pose's own, or one that was found without the sensor; none if nothing speaks for or against it.
+  void observe(const SE3& world_from_camera, const std::optional<Eigen::Matrix3d>& earth_from_camera,
+               const std::optional<Eigen::Matrix3d>& witness);
+
+  bool is_on() const;
+  bool is_judged() const { return parameters_.distrust > 0; }  ///< whether the sensor can lose trust
+
+ private:
+  struct Reference {
+    Eigen::Matrix3d world_from_camera, earth_from_camera;
+  };
+  OrientationParameters parameters_;
+  OrientationMonitor monitor_;
+  std::optional<Eigen::Matrix3d> earth_from_world_;
+  std::optional<Reference> last_;  ///< of the last believed frame
+};
+
+}  // namespace plumbline

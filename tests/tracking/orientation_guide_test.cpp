@@ -1,0 +1,130 @@
+// Seeds and trust: what the sensor contributes, and when it does not.
+#include "tracking/orientation_guide.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "backend/scenes.h"
+#include "imu/error_model.h"
+
+namespace plumbline {
+namespace {
+
+using test::kRadiansPerDegree;
+
+OrientationParameters parameters(OrientationSeed seed, OrientationTerm term = OrientationTerm::none) {
+  OrientationParameters p;
+  p.seed = seed;
+  p.term = term;
+  return p;
+}
+
+void expect_same(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) { EXPECT_LT(so3::angle(a.transpose() * b), 1e-9); }
+
+TEST(OrientationGuide, AbsoluteSeedIsTheReadingInTheWorld) {
+  OrientationGuide guide(parameters(OrientationSeed::absolute));
+  test::Random random(1);
+  const Eigen::Matrix3d earth_from_world = random.motion(2, 0).rotation();
+  const SE3 first = random.motion(1, 1), second = random.motion(1, 1);
+  EXPECT_EQ(guide.use(earth_from_world * first.rotation()), OrientationUse::first);
+  guide.observe(first, earth_from_world * first.rotation(), first.rotation());
+  EXPECT_EQ(guide.use(earth_from_world * second.rotation()), OrientationUse::used);
+  const SE3 seed = guide.seed(first, earth_from_world * second.rotation());
+  expect_same(seed.rotation(), second.rotation());
+  EXPECT_EQ(seed.translation(), first.translation()) << "nothing about the position comes from the sensor";
+}
+
+TEST(OrientationGuide, RelativeSeedForgivesAConstantError) {
+  OrientationGuide guide(parameters(OrientationSeed::relative));
+  const SE3 first = test::Random(2).motion(1, 1), second = test::Random(3).motion(1, 1);
+  const Eigen::Matrix3d error = so3::exp({0.1, -0.05, 0.2});
+  guide.observe(first, first.rotation(), first.rotation());
+  // The tracker went elsewhere than the sensor: the next seed starts from there.
+  const SE3 tracked(error * second.rotation(), second.translation());
+  guide.observe(tracked, second.rotation(), tracked.rotation());
+  const SE3 third = test::Random(4).motion(1, 1);
+  expect_same(guide.seed(tracked, third.rotation()).rotation(),
+              error * second.rotation() * second.rotation().transpose() * third.rotation());
+}
+
+TEST(OrientationGuide, WithoutAReadingThereIsNoRelativeSeed) {
+  OrientationGuide guide(parameters(OrientationSeed::relative));
+  const SE3 first, second = test::Random(5).motion(0.1, 0.1);
+  guide.observe(first, first.rotation(), first.rotation());
+  EXPECT_EQ(guide.use(std::nullopt), OrientationUse::missing);
+  guide.observe(second, std::nullopt, second.rotation());
+  expect_same(guide.seed(second, test::Random(6).motion(1, 0).rotation()).rotation(), second.rotation());
+}
+
+TEST(OrientationGuide, NothingIsUsedUnlessAskedFor) {
+  OrientationGuide guide(parameters(OrientationSeed::none));
+  EXPECT_FALSE(guide.is_on());
+  EXPECT_EQ(guide.use(Eigen::Matrix3d(Eigen::Matrix3d::Identity())), OrientationUse::off);
+  EXPECT_EQ(guide.term(Eigen::Matrix3d::Identity()), nullptr);
+  EXPECT_TRUE(OrientationGuide(parameters(OrientationSeed::none, OrientationTerm::damping)).is_on());
+}
+
+// ---- trust ----------------------------------------------------------------------------------------------------------
+
+/// A hand that turns to and fro about all axes, up to a degree a frame.
+Eigen::Matrix3d hand(int frame) {
+  const double t = frame / 30.0;
+  return so3::exp({0.3 * std::sin(1.3 * t), 0.4 * std::sin(0.9 * t + 1), 0.2 * std::sin(1.7 * t + 2)});
+}
+
+/// Frames out of 300 in which the sensor was trusted.
+template <class Reading>
+int trusted_frames(const Reading& reading) {
+  OrientationMonitor monitor(OrientationParameters().distrust);
+  int trusted = 0;
+  for (int i = 0; i < 300; ++i) {
+    monitor.observe(reading(i), hand(i));
+    trusted += monitor.trusted();
+  }
+  return trusted;
+}
+
+TEST(OrientationMonitor, TrustsASensor) {
+  EXPECT_EQ(trusted_frames([](int i) { return hand(i); }), 300);
+  const Eigen::Matrix3d earth_from_world = test::Random(7).motion(2, 0).rotation();
+  EXPECT_EQ(trusted_frames([&](int i) { return Eigen::Matrix3d(earth_from_world * hand(i)); }), 300);
+}
+
+TEST(OrientationMonitor, TrustsAChipWithItsSystematicError) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const SystematicError error(error_model("bno055").amplitude, 3, seed);
+    EXPECT_EQ(trusted_frames([&](int i) { return Eigen::Matrix3d(so3::exp(error.at(hand(i))) * hand(i)); }), 300)
+        << seed;
+  }
+}
+
+TEST(OrientationMonitor, DistrustsGarbage) {
+  const Eigen::Matrix3d half_turn = so3::exp({0, 0, std::numbers::pi});
+  Eigen::Matrix3d swapped;
+  swapped << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  EXPECT_LT(trusted_frames([](int) { return Eigen::Matrix3d(Eigen::Matrix3d::Identity()); }), 60) << "constant";
+  EXPECT_LT(trusted_frames([](int i) { return Eigen::Matrix3d(hand(i).transpose()); }), 60) << "inverse";
+  EXPECT_LT(trusted_frames([&](int i) { return Eigen::Matrix3d(hand(i) * half_turn); }), 60) << "mounting";
+  EXPECT_LT(trusted_frames([&](int i) { return Eigen::Matrix3d(hand(i) * swapped); }), 60) << "axes";
+  EXPECT_LT(trusted_frames([](int i) { return hand(i + 60); }), 60) << "two seconds late";
+}
+
+TEST(OrientationMonitor, TrustComesBack) {
+  OrientationMonitor monitor(OrientationParameters().distrust);
+  for (int i = 0; i < 100; ++i) monitor.observe(hand(i), hand(i));
+  EXPECT_TRUE(monitor.trusted());
+  for (int i = 100; i < 160; ++i) monitor.observe(hand(100), hand(i));
+  EXPECT_FALSE(monitor.trusted()) << "the sensor hangs";
+  for (int i = 160; i < 300; ++i) monitor.observe(hand(i), hand(i));
+  EXPECT_TRUE(monitor.trusted());
+}
+
+TEST(OrientationMonitor, ADistrustOfZeroAlwaysTrusts) {
+  OrientationMonitor monitor(0);
+  for (int i = 0; i < 100; ++i) monitor.observe(hand(i).transpose(), hand(i));
+  EXPECT_TRUE(monitor.trusted());
+}
+
+}  // namespace
+}  // namespace plumbline

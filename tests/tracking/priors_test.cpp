@@ -1,0 +1,147 @@
+// The terms beside the registration, against numerical derivatives and closed forms.
+#include "tracking/priors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "backend/scenes.h"
+
+namespace plumbline {
+namespace {
+
+using test::kRadiansPerDegree;
+
+/// −b is the gradient of the cost under the left increment, and H that of the linearised residual: its own second
+/// difference where the residual is small.
+void expect_derivatives(const Prior& prior, const SE3& pose, const std::function<double(const SE3&)>& cost,
+                        double hessian_tolerance) {
+  const NormalEquations term = prior.evaluate(pose, {1000, 10000, 1});
+  constexpr double kStep = 1e-4;
+  const auto at = [&](const Vector6d& xi) { return cost(SE3::exp(xi) * pose); };
+  for (int i = 0; i < 6; ++i) {
+    const Vector6d ei = Vector6d::Unit(i) * kStep;
+    EXPECT_NEAR(-term.b[i], (at(ei) - at(-ei)) / (2 * kStep), 1e-5 * (1 + term.b.norm())) << i;
+    for (int j = 0; j < 6; ++j) {
+      const Vector6d ej = Vector6d::Unit(j) * kStep;
+      const double second = (at(ei + ej) - at(ei - ej) - at(ej - ei) + at(-ei - ej)) / (4 * kStep * kStep);
+      EXPECT_NEAR(term.h(i, j), second, hessian_tolerance * term.h.norm()) << i << ", " << j;
+    }
+  }
+}
+
+TEST(OrientationAnchor, JacobianIsTheNumericalOne) {
+  test::Random random(1);
+  for (int round = 0; round < 5; ++round) {
+    const Eigen::Matrix3d earth_from_world = random.motion(2, 0).rotation();
+    const SE3 pose = random.motion(1, 0.5);
+    const Eigen::Matrix3d reading =
+        random.motion((round == 0 ? 0.001 : 0.6), 0).rotation() * earth_from_world * pose.rotation();
+    Eigen::Matrix3d root;
+    root << 0.05, 0, 0, 0.01, 0.04, 0, 0.02, -0.01, 0.17;
+    const Eigen::Matrix3d covariance = root * root.transpose();
+    const auto cost = [&](const SE3& t) {
+      const Eigen::Vector3d r = so3::log(earth_from_world * t.rotation() * reading.transpose());
+      return 0.5 * r.dot(covariance.inverse() * r);
+    };
+    const OrientationAnchor anchor(reading, earth_from_world, covariance);
+    expect_derivatives(anchor, pose, cost, round == 0 ? 1e-3 : 0.3);
+  }
+}
+
+TEST(OrientationAnchor, HeadingIsAboutTheVertical) {
+  OrientationParameters parameters;
+  parameters.tilt_sigma = 3;
+  parameters.heading_sigma = 10;
+  const Eigen::Matrix3d covariance = anchor_covariance(parameters);
+  // The world's y axis is the vertical, as for a camera that is held level.
+  Eigen::Matrix3d earth_from_world;
+  earth_from_world << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  const OrientationAnchor anchor(earth_from_world, earth_from_world, covariance);
+  const NormalEquations term = anchor.evaluate(SE3(), {});
+  EXPECT_NEAR(term.h(0, 0), std::pow(3 * kRadiansPerDegree, -2), 1e-9);
+  EXPECT_NEAR(term.h(1, 1), std::pow(10 * kRadiansPerDegree, -2), 1e-9);
+  EXPECT_NEAR(term.h(2, 2), std::pow(3 * kRadiansPerDegree, -2), 1e-9);
+  EXPECT_LT(term.b.norm(), 1e-12);
+  parameters.covariance = {4, 0, 0, 0, 9, 0, 0, 0, 16};
+  EXPECT_NEAR(anchor_covariance(parameters)(2, 2), 16 * kRadiansPerDegree * kRadiansPerDegree, 1e-12);
+}
+
+TEST(TranslationPrior, JacobianIsTheNumericalOne) {
+  const SE3 pose = test::Random(2).motion(1, 1);
+  const Eigen::Vector3d previous = pose.translation() + Eigen::Vector3d(0.02, -0.01, 0.03);
+  Eigen::Matrix3d root;
+  root << 0.02, 0, 0, 0.01, 0.03, 0, 0, -0.01, 0.025;
+  const Eigen::Matrix3d covariance = root * root.transpose();
+  const TranslationPrior prior(previous, covariance);
+  // Gauss-Newton leaves out the residual's own curvature, which is that of a rotation over these few centimetres.
+  expect_derivatives(
+      prior, pose,
+      [&](const SE3& t) {
+        const Eigen::Vector3d r = t.translation() - previous;
+        return 0.5 * r.dot(covariance.inverse() * r);
+      },
+      0.1);
+}
+
+TEST(RotationDamping, IsThePapersTerm) {
+  // 2 λ n PᵀP with the schedules of the matched fraction.
+  const struct {
+    LambdaSchedule schedule;
+    double expected;
+  } table[] = {{LambdaSchedule::constant, 0.2},
+               {LambdaSchedule::inverse_sqrt, 0.2 / 0.5},
+               {LambdaSchedule::inverse, 0.2 / 0.25},
+               {LambdaSchedule::inverse_square, 0.2 / 0.0625},
+               {LambdaSchedule::negative_log, -0.2 * std::log(0.25)}};
+  for (const auto& row : table) {
+    EXPECT_DOUBLE_EQ(lambda(row.schedule, 0.2, 0.25), row.expected);
+    EXPECT_EQ(lambda(row.schedule, 0.2, 0), 0) << "nothing matched, nothing to damp";
+    const NormalEquations term = RotationDamping(row.schedule, 0.2).evaluate(SE3(), {250, 1000, 0.5});
+    Matrix6d expected = Matrix6d::Zero();
+    expected.diagonal().head<3>().setConstant(0.5 * 2 * row.expected * 250);
+    EXPECT_LT((term.h - expected).norm(), 1e-12);
+    EXPECT_EQ(term.b, Vector6d::Zero());
+  }
+}
+
+TEST(RegistrationInformation, IsThatOfAnImageAtEverySizeAndDoubtsPoorViews) {
+  TrackingParameters parameters;
+  parameters.residual_sigma = 0.01;
+  parameters.redundancy = 100;
+  parameters.full_view = 1000;
+  // A translation block whose trace is the sum of the weights.
+  const auto hessian = [](double weight) {
+    Matrix6d h = Matrix6d::Zero();
+    h.bottomRightCorner<3, 3>().diagonal() << 0.2 * weight, 0.3 * weight, 0.5 * weight;
+    return h;
+  };
+  const double full = registration_information(parameters, 320 * 240, hessian(5000));
+  EXPECT_NEAR(full, 1 / (100 * 1e-4), 1e-9);
+  // Twice as fine: four times the pixels with a quarter of the say each.
+  EXPECT_NEAR(registration_information(parameters, 640 * 480, hessian(20000)), full / 4, 1e-9);
+  EXPECT_NEAR(registration_information(parameters, 320 * 240, hessian(1000)), full, 1e-9);
+  EXPECT_NEAR(registration_information(parameters, 320 * 240, hessian(250)), full / 16, 1e-9);
+  EXPECT_NEAR(registration_information(parameters, 640 * 480, hessian(1000)), full / 4 / 16, 1e-9);
+  parameters.full_view = 0;
+  EXPECT_NEAR(registration_information(parameters, 320 * 240, hessian(1)), full, 1e-9);
+  parameters.redundancy = 1;
+  EXPECT_NEAR(registration_information(parameters, 80 * 60, hessian(1)), 1e4, 1e-6) << "never more than one pixel's";
+}
+
+TEST(PriorSum, AddsUp) {
+  const TranslationPrior a({0, 0, 0}, 0.01 * Eigen::Matrix3d::Identity()),
+      b({1, 0, 0}, 0.04 * Eigen::Matrix3d::Identity());
+  PriorSum sum;
+  EXPECT_TRUE(sum.empty());
+  sum.add(&a);
+  sum.add(&b);
+  const SE3 pose = test::Random(3).motion(1, 1);
+  const NormalEquations total = sum.evaluate(pose, {}), first = a.evaluate(pose, {}), second = b.evaluate(pose, {});
+  EXPECT_LT((total.h - first.h - second.h).norm(), 1e-9);
+  EXPECT_LT((total.b - first.b - second.b).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace plumbline
