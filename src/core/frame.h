@@ -19,7 +19,7 @@ struct Frame {
   Nanoseconds time = 0;       ///< of the *depth* image
   DepthImage depth;           ///< raw readings, 0 = none
   double depth_scale = 5000;  ///< readings per metre
-  ColorImage color;  ///< empty, or registered to the depth image (same size and intrinsics)
+  ColorImage color;           ///< empty, or registered to the depth image (same size and intrinsics)
   /// Measured orientation of the camera at `time`, earth axes (x east, y north, z up); empty without a sensor.
   std::optional<Eigen::Matrix3d> earth_from_camera = {};
 };

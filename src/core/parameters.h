@@ -69,7 +69,6 @@ struct TrackingParameters {
   double speed_memory = 0;
   double residual_sigma = 0.007;
   double redundancy = 1;
-  double full_view = 0;
 };
 
 struct OrientationParameters {
@@ -80,8 +79,6 @@ struct OrientationParameters {
   double tilt_sigma = 3;
   double heading_sigma = 10;
   std::vector<double> covariance = {};
-  double redundancy = 1;
-  double full_view = 0;
   double distrust = 0.5;
   int probation = 30;
 };
@@ -168,8 +165,6 @@ void tracking_fields(P& p, Visitor&& v) {
     "pixels of a 320x240 image that tell no more than one, as neighbours are not independent: divides the "
     "registration's information",
     Range{1, 1e9});
-  v("full_view", p.full_view, "pixels",
-    "a 320x240 image whose matched pixels weigh less in all is doubted, with the square; 0: never", Range{0, 76800});
 }
 
 template <class P, class Visitor>
@@ -187,8 +182,6 @@ void orientation_fields(P& p, Visitor&& v) {
   v("covariance", p.covariance, "deg^2",
     "anchor: 3x3 covariance about the earth's axes (east, north, up), row by row, in place of the two sigmas; or []",
     Range{-1e8, 1e8});
-  v("redundancy", p.redundancy, "1", "in place of tracking.redundancy while the sensor is used", Range{1, 1e9});
-  v("full_view", p.full_view, "pixels", "in place of tracking.full_view while the sensor is used", Range{0, 76800});
   v("distrust", p.distrust, "1",
     "the sensor is not used while its turns miss the tracked ones by more than this part of their square; 0: always "
     "used",

@@ -53,7 +53,6 @@ struct Pipeline::State {
         volume(p.volume, k, b, with_color),
         guide(p.orientation),
         motion(p.tracking.speed_sigma, p.tracking.speed_memory),
-        still(p.tracking.speed_sigma, 0),
         world_from_camera(initial_pose) {}
 
   TrackingResult initialise();
@@ -73,7 +72,7 @@ struct Pipeline::State {
   DepthPyramid model;  ///< what `world_from_model` sees of the volume
   Volume volume;
   OrientationGuide guide;
-  MotionModel motion, still;
+  MotionModel motion;
   SE3 world_from_camera;  ///< the last pose that was believed
   Nanoseconds time = 0;   ///< and its frame's
   SE3 world_from_model;
@@ -176,10 +175,7 @@ TrackingResult Pipeline::State::register_from(const SE3& seed, const Frame& fram
   std::unique_ptr<Prior> orientation;
   if (with_orientation) orientation = guide.term(*frame.earth_from_camera);
   if (orientation) priors.add(orientation.get());
-  // While the sensor holds the rotation, a hand is best expected to stand still; without it, rotation and translation
-  // are easily taken for each other, and a hand that is held still turns instead (docs/results.md).
-  const MotionModel& expectation = with_orientation ? still : motion;
-  const PositionBelief expected = expectation.predict(world_from_camera.translation(), seconds_since_last(frame));
+  const PositionBelief expected = motion.predict(world_from_camera.translation(), seconds_since_last(frame));
   const TranslationPrior translation(expected.mean, expected.covariance);
   if (parameters.tracking.speed_sigma > 0) priors.add(&translation);
 
@@ -188,12 +184,7 @@ TrackingResult Pipeline::State::register_from(const SE3& seed, const Frame& fram
   input.world_from_camera_seed = seed;
   input.trace = trace;
   if (!priors.empty()) input.prior = &priors;
-  TrackingParameters tracking = parameters.tracking;
-  if (with_orientation) {
-    tracking.redundancy = parameters.orientation.redundancy;
-    tracking.full_view = parameters.orientation.full_view;
-  }
-  return track(backend, live.pyramid(), model, input, tracking);
+  return track(backend, live.pyramid(), model, input, parameters.tracking);
 }
 
 /// `unaided` is what was found without the sensor's help, if it can be a witness.

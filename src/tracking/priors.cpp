@@ -16,14 +16,10 @@ NormalEquations PriorSum::evaluate(const SE3& world_from_camera, const Associati
   return sum;
 }
 
-double registration_information(const TrackingParameters& parameters, int level_pixels, const Matrix6d& hessian) {
+double registration_information(const TrackingParameters& parameters, int level_pixels) {
   constexpr double kReferencePixels = 320 * 240;
-  const double size = level_pixels / kReferencePixels;
-  const double information =
-      1 / (std::max(1.0, parameters.redundancy * size) * parameters.residual_sigma * parameters.residual_sigma);
-  const double weight = hessian.bottomRightCorner<3, 3>().trace() / size;
-  if (weight >= parameters.full_view) return information;
-  return information * weight * weight / (parameters.full_view * parameters.full_view);
+  const double redundancy = std::max(1.0, parameters.redundancy * level_pixels / kReferencePixels);
+  return 1 / (redundancy * parameters.residual_sigma * parameters.residual_sigma);
 }
 
 double lambda(LambdaSchedule schedule, double c, double matched_fraction) {

@@ -41,10 +41,8 @@ class PriorSum final : public Prior {
 
 /// What one pixel's squared residual weighs beside a prior, 1/κσ²: neighbouring pixels are not independent
 /// (METHOD.md §6.4). κ is that of an image of 320×240; it goes with the number of pixels, so that an image tells the
-/// same at every size. Where the weights of the matched pixels add up to less than `full_view`, what they tell is
-/// doubted in the same measure. `hessian` is the registration's own, whose translation part holds Σ w n nᵀ, and in its
-/// trace Σ w.
-double registration_information(const TrackingParameters& parameters, int level_pixels, const Matrix6d& hessian);
+/// same at every size.
+double registration_information(const TrackingParameters& parameters, int level_pixels);
 
 /// λ of the matched fraction ν in (0, 1] (METHOD.md §3); 0 for nothing matched.
 double lambda(LambdaSchedule schedule, double c, double matched_fraction);

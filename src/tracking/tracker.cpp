@@ -52,7 +52,7 @@ class Level {
   /// Association and solve, and the step that follows from it. `median` is the last known one, metres.
   Iteration iterate(double median, SE3* model_from_live) const {
     Iteration iteration{associate(median, *model_from_live), {}, {}};
-    const double information = registration_information(*parameters_, pixels(), iteration.sums.hessian());
+    const double information = registration_information(*parameters_, pixels());
     Matrix6d h = information * iteration.sums.hessian();
     Vector6d b = information * iteration.sums.gradient();
     if (input_->prior != nullptr)
