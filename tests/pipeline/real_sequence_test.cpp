@@ -5,6 +5,8 @@
 #include "eval/statistics.h"
 #include "eval/surface_error.h"
 #include "eval/trajectory_error.h"
+#include "imu/error_model.h"
+#include "imu/orientation_stream.h"
 #include "io/sequence.h"
 #include "io/trajectory.h"
 #include "pipeline/runs.h"
@@ -45,6 +47,43 @@ TEST(RealSequence, Freiburg1RpyHeadFromInsideALargeVolume) {
   const test::Run result = run(*sequence, parameters);
   EXPECT_LE(result.lost, 12) << "frames 39 to 56 look at almost nothing";
   EXPECT_LE(ate(*sequence, result), 0.09);
+}
+
+/// Frames with the ground truth's orientation as a sensor with a chip's error would have read it.
+test::Run run_with_chip(const Sequence& sequence, std::uint64_t seed, int stride) {
+  std::vector<OrientationSample> samples;
+  for (const StampedPose& pose : read_trajectory(sequence.info().groundtruth))
+    samples.push_back({pose.time, pose.world_from_camera.rotation()});
+  OrientationErrorModel model = error_model("bno055");
+  model.seed = seed;
+  OrientationStreamOptions options;
+  options.max_gap = 0.5;
+  const OrientationStream stream(with_error(model, std::move(samples)), options);
+  const auto frame = [&](int i) {
+    Frame f = sequence.read(i * stride);
+    const OrientationReading reading = stream.lookup(f.time);
+    if (reading.status == OrientationStatus::ok) f.earth_from_camera = reading.earth_from_camera;
+    return f;
+  };
+  return test::run_pipeline(preset("plumbline"), sequence.info().camera, sequence.size() / stride, frame);
+}
+
+TEST(RealSequence, Freiburg1XyzWithOurPreset) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_xyz");
+  const auto sequence = open_sequence(folder.string(), {});
+  const test::Run result = run(*sequence, preset("plumbline"));
+  EXPECT_EQ(result.lost, 0);
+  EXPECT_LE(ate(*sequence, result), 0.014);
+}
+
+TEST(RealSequence, Freiburg1RpyHeadWithAnOrientationSensor) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_rpy_head");
+  const auto sequence = open_sequence(folder.string(), {});
+  for (const int stride : {1, 3}) {
+    const test::Run result = run_with_chip(*sequence, 1, stride);
+    EXPECT_EQ(result.lost, 0) << "every " << stride << ". frame";
+    EXPECT_LE(ate(*sequence, result), 0.04) << "every " << stride << ". frame";
+  }
 }
 
 TEST(RealSequence, IclOfficeTrajectoryAndSurface) {
