@@ -59,7 +59,7 @@ struct Pipeline::State {
   TrackingResult register_frame(const Frame& frame, FrameReport* report, FrameDiagnostics* diagnostics);
   TrackingResult register_from(const SE3& seed, const Frame& frame, bool with_orientation,
                                std::vector<IcpIteration>* trace) const;
-  void believe(const Frame& frame, const TrackingResult& tracking, const std::optional<TrackingResult>& unaided);
+  void believe(const Frame& frame, const TrackingResult& tracking, const std::optional<TrackingResult>& witness);
   Image<std::uint8_t> explain(const TrackingResult& tracking) const;
   double seconds_since_last(const Frame& frame) const {
     return frame.time > time ? to_seconds(frame.time - time) : kUsualInterval;
@@ -146,26 +146,22 @@ TrackingResult Pipeline::State::register_frame(const Frame& frame, FrameReport* 
       diagnostics != nullptr && diagnostics->want_iterations ? &diagnostics->iterations : nullptr;
   result = register_from(seed, frame, aided, trace);
 
-  std::optional<TrackingResult> unaided;
-  if (!aided) {
-    unaided = result;
-  } else if (guide.is_judged() &&
-             (probation < parameters.orientation.probation || result.status == TrackingStatus::lost)) {
+  std::optional<TrackingResult> witness = result;
+  const bool doubted = probation < parameters.orientation.probation || result.status == TrackingStatus::lost;
+  if (aided && guide.is_judged() && doubted) {
     ++probation;
-    unaided = register_from(world_from_camera, frame, false, nullptr);
-    if (is_clearly_better(*unaided, result)) {
-      result = *unaided;
+    witness = register_from(world_from_camera, frame, false, nullptr);
+    if (is_clearly_better(*witness, result)) {
+      result = *witness;
       seed = world_from_camera;
       report->orientation = OrientationUse::dropped;
-    } else if (!is_witness(*unaided, result)) {
-      unaided.reset();
+    } else if (!is_witness(*witness, result)) {
+      witness.reset();
     }
-  } else {
-    unaided = result;
   }
   report->seed_angle = angle_between(world_from_camera, seed);
   report->seed_to_result_angle = angle_between(seed, result.world_from_camera);
-  if (result.status == TrackingStatus::tracked) believe(frame, result, unaided);
+  if (result.status == TrackingStatus::tracked) believe(frame, result, witness);
   return result;
 }
 
@@ -187,17 +183,17 @@ TrackingResult Pipeline::State::register_from(const SE3& seed, const Frame& fram
   return track(backend, live.pyramid(), model, input, parameters.tracking);
 }
 
-/// `unaided` is what was found without the sensor's help, if it can be a witness.
+/// `witness`: the registration whose rotation the sensor is judged by, if there is one.
 void Pipeline::State::believe(const Frame& frame, const TrackingResult& tracking,
-                              const std::optional<TrackingResult>& unaided) {
+                              const std::optional<TrackingResult>& witness) {
   if (tracking.status == TrackingStatus::tracked)
     motion.observe(world_from_camera.translation(), tracking.world_from_camera.translation(),
                    tracking.position_covariance, seconds_since_last(frame));
   world_from_camera = tracking.world_from_camera;
   time = frame.time;
-  std::optional<Eigen::Matrix3d> witness;
-  if (unaided) witness = unaided->world_from_camera.rotation();
-  guide.observe(world_from_camera, frame.earth_from_camera, witness);
+  std::optional<Eigen::Matrix3d> rotation;
+  if (witness) rotation = witness->world_from_camera.rotation();
+  guide.observe(world_from_camera, frame.earth_from_camera, rotation);
 }
 
 Image<std::uint8_t> Pipeline::State::explain(const TrackingResult& tracking) const {
