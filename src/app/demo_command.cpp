@@ -14,6 +14,7 @@
 #include "app/simulated_sequence.h"
 #include "core/error.h"
 #include "eval/surface_error.h"
+#include "imu/error_model.h"
 #include "io/atomic_file.h"
 #include "io/orientation_file.h"
 #include "io/png.h"
@@ -32,9 +33,7 @@ constexpr Pinhole kPictureCamera{1100.0f, 1100.0f, 639.5f, 479.5f, 1280, 960};
 constexpr double kErrorRange = 0.02;  // metres that are red
 constexpr double kFast = 4;
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
-constexpr double kTiltError = 3 / kDegreesPerRadian,
-                 kHeadingError = 10 / kDegreesPerRadian;  // a BNO055's (METHOD.md §5)
-constexpr int kFastFrames = 160;                          // before they are played faster
+constexpr int kFastFrames = 160;  // before they are played faster
 
 struct DemoArguments {
   std::string output = "demo", command_line;
@@ -115,8 +114,9 @@ std::string outcome(const ReconstructionOptions& options) {
 /// orientation sensor.
 std::string fast_motion(const DemoArguments& arguments, const sim::Scene& scene) {
   SimulatedSequence sequence = demo_sequence(scene, "handheld", kFastFrames, kFast);
-  sequence.sensor.tilt_error = kTiltError;
-  sequence.sensor.heading_error = kHeadingError;
+  const Eigen::Vector3d chip = error_model("bno055").amplitude;
+  sequence.sensor.tilt_error = chip.x();
+  sequence.sensor.heading_error = chip.z();
   const fs::path folder(arguments.output);
   write_simulated_sequence((folder / "sequence_fast").string(), scene.mesh, sequence);
   ReconstructionOptions options = demo_options(arguments, sequence.world_from_camera(0), "sequence_fast", "run_fast");
@@ -132,9 +132,8 @@ std::string fast_motion(const DemoArguments& arguments, const sim::Scene& scene)
   options.output = (folder / "run_fast_with_sensor").string();
   return fmt::format(
       "A hand that moves {:g} times as fast. KinectFusion: {}. Plumbline with the orientation of a cheap sensor, off "
-      "by up "
-      "to {:g}° of tilt and {:g}° of heading: {}.",
-      kFast, without, kTiltError * kDegreesPerRadian, kHeadingError * kDegreesPerRadian, outcome(options));
+      "by up to {:g}° of tilt and {:g}° of heading: {}.",
+      kFast, without, chip.x() * kDegreesPerRadian, chip.z() * kDegreesPerRadian, outcome(options));
 }
 
 int demo(const DemoArguments& arguments) {

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <numbers>
 #include <utility>
@@ -53,10 +52,12 @@ OrientationErrorModel error_model_of(const OrientationArguments& a) {
         throw UsageError(fmt::format("{} is out of range", degrees), kOption, "Give degrees from 0 to 180.");
     model.amplitude = kDegree * Eigen::Vector3d(n[0], n[1], n[2]);
   } else {
-    if (a.imu_model != "ideal" && a.imu_model != "bno055")
+    try {
+      model = error_model(a.imu_model);
+    } catch (const Error&) {
       throw UsageError("there is no error model '" + a.imu_model + "'", kOption,
                        "Take ideal, bno055 or three amplitudes in degrees, such as 3,3,10.");
-    model = error_model(a.imu_model);
+    }
   }
   model.seed = a.imu_seed;
   return model;

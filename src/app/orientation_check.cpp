@@ -9,9 +9,8 @@ constexpr std::size_t kLastJudgement = 300;
 
 }  // namespace
 
-std::optional<std::string> OrientationCheck::observe(const FrameReport& report) {
+std::optional<std::string> OrientationCheck::observe(const FrameReport& report, const OrientationReading& reading) {
   if (done_ || report.tracking.status == TrackingStatus::lost) return std::nullopt;
-  const OrientationReading reading = stream_->lookup(report.time);
   if (reading.status != OrientationStatus::ok) return std::nullopt;
   recent_.push_back({report.world_from_camera.rotation(), reading.earth_from_body});
   if (recent_.size() <= kSpanFrames) return std::nullopt;
@@ -21,8 +20,7 @@ std::optional<std::string> OrientationCheck::observe(const FrameReport& report) 
   recent_.pop_front();
   if (pairs_.size() < kFirstJudgement || pairs_.size() % kFirstJudgement != 0) return std::nullopt;
 
-  const OrientationStreamOptions& options = stream_->options();
-  const ConventionCheck check = check_convention(pairs_, options.convention, options.body_from_camera);
+  const ConventionCheck check = check_convention(pairs_, declared_.convention, declared_.body_from_camera);
   done_ = check.verdict != ConventionVerdict::too_little_motion || pairs_.size() >= kLastJudgement;
   if (check.verdict == ConventionVerdict::another_fits || check.verdict == ConventionVerdict::none_fits)
     return check.message;

@@ -14,16 +14,18 @@ namespace plumbline::app {
 
 class OrientationCheck {
  public:
-  explicit OrientationCheck(const OrientationStream& stream) : stream_(&stream) {}
+  /// How the readings were declared.
+  explicit OrientationCheck(const OrientationStreamOptions& declared) : declared_(declared) {}
 
-  /// Takes note of a frame. Returns what the user should know, once, if the readings do not fit as declared.
-  std::optional<std::string> observe(const FrameReport& report);
+  /// Takes note of a frame and its reading. Returns what the user should know, once, if the readings do not fit as
+  /// declared.
+  std::optional<std::string> observe(const FrameReport& report, const OrientationReading& reading);
 
  private:
   struct Tracked {
     Eigen::Matrix3d world_from_camera, earth_from_body;
   };
-  const OrientationStream* stream_;
+  OrientationStreamOptions declared_;
   std::deque<Tracked> recent_;
   std::vector<TurnPair> pairs_;
   bool done_ = false;

@@ -50,10 +50,6 @@ std::string volume_text(const VolumeParameters& volume) {
                      1e3 * volume.side / resolution, volume.side, volume.truncation);
 }
 
-bool uses_orientation(const Parameters& parameters) {
-  return parameters.orientation.seed != OrientationSeed::none || parameters.orientation.term != OrientationTerm::none;
-}
-
 bool contains(const std::vector<int>& list, int value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
@@ -87,7 +83,7 @@ class Runner {
     backend_ = make_backend(options_.backend, options_.threads);
     run_.backend = backend_->description();
     run_.orientation = options_.orientation_source;
-    if (options_.orientation) check_.emplace(*options_.orientation);
+    if (options_.orientation) check_.emplace(options_.orientation->options());
     load_groundtruth();
     ensure_directory(options_.output);
     make_pipeline();
@@ -123,7 +119,7 @@ class Runner {
     if (options_.orientation) {
       say("orientation {} readings from {}", options_.orientation->samples().size(), options_.orientation_source);
       for (const std::string& note : options_.orientation_notes) say("note       {}", note);
-      if (!uses_orientation(options_.parameters))
+      if (!uses_sensor(options_.parameters.orientation))
         say("note       the parameters leave the orientation unused; --preset plumbline or paper uses it");
     }
     say("volume     {}", volume_text(options_.parameters.volume));
@@ -150,13 +146,9 @@ class Runner {
   }
 
   void add_orientation(Frame* frame) {
-    orientation_status_ = {};
     if (!options_.orientation) return;
-    const OrientationReading reading = options_.orientation->lookup(frame->time);
-    if (reading.status == OrientationStatus::ok)
-      frame->earth_from_camera = reading.earth_from_camera;
-    else
-      orientation_status_ = to_string(reading.status);
+    reading_ = options_.orientation->lookup(frame->time);
+    if (reading_->status == OrientationStatus::ok) frame->earth_from_camera = reading_->earth_from_camera;
   }
 
   void process(const Frame& frame, const ReadTimes& read, Progress& progress) {
@@ -165,7 +157,7 @@ class Runner {
     diagnostics.want_iterations = contains(options_.icp_frames, frame.index);
     const FrameReport report = pipeline_->process(frame, &diagnostics);
     if (!log_) log_ = std::make_unique<FrameLog>(output("frames.csv"), options_.parameters.tracking);
-    log_->add(report, read, orientation_status_);
+    log_->add(report, read, reading_ ? to_string(reading_->status) : std::string_view());
     const bool lost = report.tracking.status == TrackingStatus::lost;
     const bool was_lost = !run_.frames.empty() && run_.frames.back().tracking.status == TrackingStatus::lost;
     if (!lost) run_.trajectory.push_back({report.time, report.world_from_camera});
@@ -180,7 +172,7 @@ class Runner {
   }
 
   void note_orientation(const FrameReport& report, Progress& progress) {
-    if (const std::optional<std::string> message = check_->observe(report)) {
+    if (const std::optional<std::string> message = check_->observe(report, *reading_)) {
       run_.orientation_message = *message;
       progress.note(*message);
     }
@@ -281,7 +273,7 @@ class Runner {
   std::unique_ptr<FrameLog> log_;
   Trajectory groundtruth_;
   std::optional<OrientationCheck> check_;
-  std::string_view orientation_status_;  ///< why the current frame has no reading
+  std::optional<OrientationReading> reading_;  ///< of the current frame; none without a sensor
   std::exception_ptr failure_;
 };
 

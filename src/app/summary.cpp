@@ -91,13 +91,15 @@ Json milliseconds_json(const Reconstruction& run) {
           {"total", ms.total}};
 }
 
+std::ptrdiff_t frames_with(const Reconstruction& run, OrientationUse use) {
+  return std::count_if(run.frames.begin(), run.frames.end(),
+                       [&](const FrameReport& frame) { return frame.orientation == use; });
+}
+
 /// In how many frames the sensor was used, and why not in the others.
 Json orientation_json(const Reconstruction& run) {
   if (run.orientation.empty()) return nullptr;
-  const auto count = [&](OrientationUse use) {
-    return std::count_if(run.frames.begin(), run.frames.end(),
-                         [&](const FrameReport& frame) { return frame.orientation == use; });
-  };
+  const auto count = [&](OrientationUse use) { return frames_with(run, use); };
   return {{"source", run.orientation},
           {"used", count(OrientationUse::used)},
           {"missing", count(OrientationUse::missing)},
@@ -179,10 +181,7 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
   std::vector<std::string> lines = {fmt::format("tracked    {} of {} frames, {} lost; {:.2f} m of path", run.tracked(),
                                                 run.frames.size(), run.lost(), path_length(run.trajectory))};
   if (!run.orientation.empty())
-    lines.push_back(fmt::format("sensor     used in {} frames",
-                                std::count_if(run.frames.begin(), run.frames.end(), [](const FrameReport& frame) {
-                                  return frame.orientation == OrientationUse::used;
-                                })));
+    lines.push_back(fmt::format("sensor     used in {} frames", frames_with(run, OrientationUse::used)));
   if (run.ate)
     lines.push_back(fmt::format("ATE        {:.4f} m rmse, {:.4f} m median, {:.4f} m max over {} pairs",
                                 run.ate->translation.rmse, run.ate->translation.median, run.ate->translation.max,

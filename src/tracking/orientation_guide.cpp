@@ -55,8 +55,8 @@ void OrientationMonitor::observe(const Eigen::Matrix3d& earth_from_camera, const
 OrientationGuide::OrientationGuide(const OrientationParameters& parameters)
     : parameters_(parameters), monitor_(parameters.distrust) {}
 
-bool OrientationGuide::is_on() const {
-  return parameters_.seed != OrientationSeed::none || parameters_.term != OrientationTerm::none;
+bool uses_sensor(const OrientationParameters& parameters) {
+  return parameters.seed != OrientationSeed::none || parameters.term != OrientationTerm::none;
 }
 
 OrientationUse OrientationGuide::use(const std::optional<Eigen::Matrix3d>& earth_from_camera) const {

@@ -45,6 +45,9 @@ class OrientationMonitor {
   bool trusted_ = true;
 };
 
+/// Whether any part of the registration asks for a sensor.
+bool uses_sensor(const OrientationParameters& parameters);
+
 class OrientationGuide {
  public:
   explicit OrientationGuide(const OrientationParameters& parameters);
@@ -64,7 +67,7 @@ class OrientationGuide {
   void observe(const SE3& world_from_camera, const std::optional<Eigen::Matrix3d>& earth_from_camera,
                const std::optional<Eigen::Matrix3d>& witness);
 
-  bool is_on() const;
+  bool is_on() const { return uses_sensor(parameters_); }
   bool is_judged() const { return parameters_.distrust > 0; }  ///< whether the sensor can lose trust
 
  private:
