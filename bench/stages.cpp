@@ -113,7 +113,7 @@ void icp_iteration(benchmark::State& state) {
   const Scene& s = scene(state);
   const auto level = static_cast<std::size_t>(state.range(1));
   kernels::IcpInput in = icp_input(s.live.pyramid()[level], s.model[level]);
-  set_gates(s.parameters.tracking, SE3(), &in);
+  set_gates(s.parameters.tracking, SE3(), 0, &in);
   for (auto _ : state) benchmark::DoNotOptimize(s.backend->reduce(kernels::IcpReduce{in}));
 }
 

@@ -368,6 +368,11 @@ void validate(const Parameters& parameters) {
   if (tracking.finest_level + levels > kMaxLevels)
     throw Error(fmt::format("{} levels from level {} on are too many", levels, tracking.finest_level),
                 "tracking.iterations", fmt::format("Levels 0 to {} exist.", kMaxLevels - 1));
+  if (tracking.histogram_bins == 0 &&
+      (tracking.median_filter || tracking.converged_after > 0 || tracking.gate_per_median > 0))
+    throw Error("there is no median without a distance distribution", "tracking.histogram_bins",
+                "Give it bins, or turn off tracking.median_filter, tracking.converged_after and "
+                "tracking.gate_per_median.");
   if (!orientation.covariance.empty()) validate_covariance(orientation.covariance);
   const int voxels = (volume.resolution + 7) / 8 * 8;
   const double voxel = volume.side / voxels;

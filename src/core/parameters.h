@@ -51,7 +51,11 @@ struct PreprocessParameters {
 struct TrackingParameters {
   std::vector<int> iterations = {4, 5, 10};
   int finest_level = 0;
+  int max_iterations = 10;
+  double converged_step = 0;
   double distance_gate = 0.10;
+  double gate_per_median = 0;
+  double widest_gate = 0.3;
   double normal_gate = 20;
   int histogram_bins = 1000;
   double histogram_range = 0.5;
@@ -135,9 +139,16 @@ void tracking_fields(P& p, Visitor&& v) {
   v("iterations", p.iterations, "", "ICP iterations per pyramid level, coarse to fine", Range{0, 1000});
   v("finest_level", p.finest_level, "", "pyramid level of the last entry of iterations; 0 is full resolution",
     Range{0, 6});
+  v("converged_step", p.converged_step, "m",
+    "a level goes on beyond its iterations until a step moves what is 1.5 m away by less than this; 0: never",
+    Range{0, 1});
+  v("max_iterations", p.max_iterations, "", "but makes no more than these", Range{1, 1000});
   v("distance_gate", p.distance_gate, "m", "pairs farther apart are not used", Range{1e-4, 10});
+  v("gate_per_median", p.gate_per_median, "1",
+    "the distance gate widens to so many times the last iteration's median distance; 0: it does not", Range{0, 1000});
+  v("widest_gate", p.widest_gate, "m", "but no farther than this", Range{1e-4, 10});
   v("normal_gate", p.normal_gate, "deg", "pairs whose normals differ more are not used", Range{0.1, 180});
-  v("histogram_bins", p.histogram_bins, "", "bins of the distance distribution", Range{1, 4096});
+  v("histogram_bins", p.histogram_bins, "", "bins of the distance distribution; 0: none is made", Range{0, 4096});
   v("histogram_range", p.histogram_range, "m", "range of the distance distribution", Range{1e-3, 100});
   v("min_inlier_fraction", p.min_inlier_fraction, "1", "fewer matched pixels with depth than this: lost", Range{0, 1});
   v("min_inliers", p.min_inliers, "", "fewer matched pixels than this: lost", Range{6, 1e9});

@@ -60,7 +60,7 @@ struct IcpInput {
   float cos_normal_gate;      ///< cosine of the largest angle between normals
   float band_low, band_high;  ///< distances that the median filter keeps, metres
   float bins_per_metre;
-  int bins;
+  int bins;                   ///< of the distance distribution; 0: none is made
   NoiseModel noise;           ///< decides the weight of a pair
   float huber = kNoDistance;  ///< residuals beyond this count linearly, metres
 };
@@ -166,9 +166,11 @@ struct IcpReduce {
     sums.add(icp_sum::kWithDepth, select(pair.has_depth, one, zero));
     if (!any(pair.in_distribution)) return;
     sums.add(icp_sum::kPairs, select(pair.in_distribution, one, zero));
-    // Bin `bins` counts what lies beyond the range, bin `bins + 1` what is no pair at all.
-    const F bin = min(pair.distance * in.bins_per_metre, F(static_cast<float>(in.bins)));
-    sums.count(to_int(select(pair.in_distribution, bin, F(static_cast<float>(in.bins + 1)))));
+    if (in.bins > 0) {
+      // Bin `bins` counts what lies beyond the range, bin `bins + 1` what is no pair at all.
+      const F bin = min(pair.distance * in.bins_per_metre, F(static_cast<float>(in.bins)));
+      sums.count(to_int(select(pair.in_distribution, bin, F(static_cast<float>(in.bins + 1)))));
+    }
     if (any(pair.used)) add_equations(pair, pair.used, one, sums);
   }
 };

@@ -201,7 +201,8 @@ Image<std::uint8_t> Pipeline::State::explain(const TrackingResult& tracking) con
   const Plane<std::uint8_t> use(live_level.camera.width, live_level.camera.height,
                                 [&](std::size_t bytes) { return backend.allocate(bytes); });
   kernels::IcpInput in = icp_input(live_level, model.front());
-  set_gates(parameters.tracking, world_from_model.inverse() * tracking.world_from_camera, &in);
+  set_gates(parameters.tracking, world_from_model.inverse() * tracking.world_from_camera, tracking.median_distance,
+            &in);
   if (parameters.tracking.median_filter) set_band(parameters.tracking, tracking.median_distance, &in);
   backend.run(kernels::ExplainPixels{in, use.view()});
   return download(backend, use);

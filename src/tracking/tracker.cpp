@@ -69,7 +69,7 @@ class Level {
   /// that of its own: the bands differ by little, and so do the pixels to look at again.
   IcpSums associate(double median, const SE3& model_from_live) const {
     kernels::IcpInput in = icp_input(*live_, *model_);
-    set_gates(*parameters_, model_from_live, &in);
+    set_gates(*parameters_, model_from_live, median, &in);
     if (!parameters_->median_filter) return backend_->reduce(kernels::IcpReduce{in});
     set_band(*parameters_, median, &in);
     IcpSums sums = backend_->reduce(kernels::IcpReduce{in, distances_.view()});
@@ -86,20 +86,37 @@ class Level {
   Plane<float> distances_;  ///< of every pixel's pair, metres
 };
 
-/// A level has converged when the median's bin has not changed over so many successive iterations (METHOD.md §4).
-class MedianConvergence {
+/// When a level is through with its iterations.
+class LevelEnd {
  public:
-  explicit MedianConvergence(int successive) : successive_(successive) {}
-  bool converged(const IcpSums& sums) {
-    if (successive_ == 0) return false;
-    const int bin = sums.median_bin();
-    same_ = bin == last_ ? same_ + 1 : 1;
-    last_ = bin;
-    return same_ >= successive_;
+  LevelEnd(const TrackingParameters& parameters, int limit) : parameters_(&parameters), limit_(limit) {}
+
+  bool reached(const Iteration& last) {
+    ++made_;
+    return median_stands_still(last.sums) || (made_ >= limit_ && (made_ >= longest() || !still_moves(last.solution)));
   }
 
  private:
-  int successive_, same_ = 0, last_ = -1;
+  /// The median's bin has not changed over so many successive iterations (METHOD.md §4).
+  bool median_stands_still(const IcpSums& sums) {
+    if (parameters_->converged_after == 0) return false;
+    const int bin = sums.median_bin();
+    same_ = bin == last_bin_ ? same_ + 1 : 1;
+    last_bin_ = bin;
+    return same_ >= parameters_->converged_after;
+  }
+
+  int longest() const { return parameters_->converged_step > 0 ? parameters_->max_iterations : limit_; }
+
+  /// What is at the usual distance of a scene still moves.
+  bool still_moves(const Solution& solution) const {
+    constexpr double kUsualDistance = 1.5;  // metres
+    const double moved = kUsualDistance * solution.step.head<3>().norm() + solution.step.tail<3>().norm();
+    return moved >= parameters_->converged_step;
+  }
+
+  const TrackingParameters* parameters_;
+  int limit_, made_ = 0, same_ = 0, last_bin_ = -1;
 };
 
 /// Covariance of the camera's position out of the system's inverse: increments about the camera's own centre, in the
@@ -188,9 +205,12 @@ int pyramid_levels(const TrackingParameters& parameters) {
   return parameters.finest_level + static_cast<int>(parameters.iterations.size());
 }
 
-void set_gates(const TrackingParameters& parameters, const SE3& model_from_live, kernels::IcpInput* in) {
+void set_gates(const TrackingParameters& parameters, const SE3& model_from_live, double last_median,
+               kernels::IcpInput* in) {
   in->model_from_live = to_kernel(model_from_live);
-  in->distance_gate = static_cast<float>(parameters.distance_gate);
+  const double widest = std::max(parameters.distance_gate, parameters.widest_gate);
+  in->distance_gate =
+      static_cast<float>(std::clamp(parameters.gate_per_median * last_median, parameters.distance_gate, widest));
   in->cos_normal_gate = static_cast<float>(std::cos(parameters.normal_gate * kRadiansPerDegree));
   in->band_low = 0;
   in->band_high = std::numeric_limits<float>::max();
@@ -215,9 +235,9 @@ TrackingResult track(const Backend& backend, const DepthPyramid& live, const Dep
   for (const int limit : parameters.iterations) {
     const auto at = static_cast<std::size_t>(level);
     const Level registration(backend, live[at], model[at - missing], input, parameters);
-    MedianConvergence convergence(parameters.converged_after);
+    LevelEnd end(parameters, limit);
     result.iterations.push_back(0);
-    while (result.iterations.back() < limit) {
+    for (bool done = limit == 0; !done;) {
       const Iteration iteration = registration.iterate(result.median_distance, &model_from_live);
       ++result.iterations.back();
       summarise(iteration, level, &result);
@@ -225,8 +245,8 @@ TrackingResult track(const Backend& backend, const DepthPyramid& live, const Dep
       if (input.trace != nullptr)
         input.trace->push_back(
             traced(iteration, level, registration.pixels(), input.world_from_model * model_from_live));
-      if (iteration.sums.inliers() < min_inliers_at(parameters, level)) break;  // nothing left to hold on to
-      if (convergence.converged(iteration.sums)) break;
+      const bool nothing_to_hold = iteration.sums.inliers() < min_inliers_at(parameters, level);
+      done = end.reached(iteration) || nothing_to_hold;
     }
     --level;
   }

@@ -58,8 +58,10 @@ struct TrackingResult {
 /// Levels of both pyramids needed: finest_level + number of entries of iterations.
 int pyramid_levels(const TrackingParameters& parameters);
 
-/// The gates of the parameters in a kernel's input, at an estimate.
-void set_gates(const TrackingParameters& parameters, const SE3& model_from_live, kernels::IcpInput* in);
+/// The gates of the parameters in a kernel's input, at an estimate after an iteration whose median distance was
+/// `last_median`, metres; 0 before the first.
+void set_gates(const TrackingParameters& parameters, const SE3& model_from_live, double last_median,
+               kernels::IcpInput* in);
 
 /// The band of distances that the median filter keeps, in a kernel's input.
 void set_band(const TrackingParameters& parameters, double median_distance, kernels::IcpInput* in);

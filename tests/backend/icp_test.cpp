@@ -307,6 +307,17 @@ TEST_P(Icp, AMedianBeyondTheRangeIsTheRangesEnd) {
   EXPECT_NEAR(sums.median_distance(), 0.001, 1e-8);
 }
 
+TEST_P(Icp, WithoutBinsTheSumsAreTheSame) {
+  Problem problem = desk_problem();
+  const IcpSums counted = reduce(backend(), problem);
+  problem.gates.bins = 0;
+  const IcpSums sums = reduce(backend(), problem);
+  for (int slot = 0; slot < kernels::icp_sum::kCount; ++slot) EXPECT_EQ(sums.slots[slot], counted.slots[slot]) << slot;
+  EXPECT_EQ(sums.median_bin(), -1);
+  EXPECT_EQ(sums.median_distance(), 0);
+  EXPECT_EQ(sums.bin_width, 0);
+}
+
 TEST_P(Icp, NothingToPairGivesZeros) {
   Problem problem = desk_problem();
   std::fill(problem.model.depth.pixels.begin(), problem.model.depth.pixels.end(), 0.0f);

@@ -227,6 +227,9 @@ TEST(Validate, ContradictionsAreNamed) {
   EXPECT_THAT(contradiction("[tracking]\niterations = []\n"), HasSubstr("tracking.iterations"));
   EXPECT_THAT(contradiction("[tracking]\niterations = [0, 0]\n"), HasSubstr("tracking.iterations"));
   EXPECT_THAT(contradiction("[tracking]\nfinest_level = 5\n"), HasSubstr("Levels 0 to 6"));
+  for (const char* needs_median : {"median_filter = true", "converged_after = 3", "gate_per_median = 5"})
+    EXPECT_THAT(contradiction("[tracking]\nhistogram_bins = 0\n" + std::string(needs_median) + "\n"),
+                HasSubstr("no median without a distance distribution"));
   EXPECT_THAT(contradiction("[volume]\nside = 100.0\n"), HasSubstr("less than one voxel"));
   EXPECT_THAT(contradiction("[volume]\ntruncation = 2.0\n"), HasSubstr("half"));
   EXPECT_THAT(contradiction("[volume]\npose = [0, 0, 0]\n"), HasSubstr("volume.pose"));

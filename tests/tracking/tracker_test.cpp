@@ -392,6 +392,43 @@ TEST(TrackerConvergence, TheParametersRemainTheLimit) {
   expect_near(result.world_from_camera, truth, 1e-3, 0.05);
 }
 
+TEST(TrackerConvergence, GoesOnWhileTheStepIsLarge) {
+  TrackingParameters parameters = unit_residuals();
+  parameters.iterations = {1, 1, 1};
+  parameters.converged_step = 1e-4;
+  parameters.max_iterations = 30;
+  std::vector<int> made;
+  for (const double size : {0.0, 1.0, 3.0}) {
+    const SE3 truth = desk().world_from_model() * test::Random(21).motion(size * kRadiansPerDegree, 0.05 / 3 * size);
+    std::vector<IcpIteration> trace;
+    TrackingInput input = desk().seed();
+    input.trace = &trace;
+    const TrackingResult result = desk().track(truth, input, parameters);
+    ASSERT_EQ(result.status, TrackingStatus::tracked) << size;
+    expect_near(result.world_from_camera, truth, 1e-3, 0.05);
+    const auto moved = [](const IcpIteration& i) { return 1.5 * i.step.head<3>().norm() + i.step.tail<3>().norm(); };
+    std::size_t end = 0;
+    for (std::size_t level = 0; level < 3; ++level) {
+      const auto count = static_cast<std::size_t>(result.iterations[level]);
+      for (std::size_t i = end; i + 1 < end + count; ++i) EXPECT_GE(moved(trace[i]), 1e-4);
+      end += count;
+      EXPECT_TRUE(count == 30 || moved(trace[end - 1]) < 1e-4);
+    }
+    made.push_back(static_cast<int>(end));
+  }
+  EXPECT_LT(made[0], made[2]) << "what has not moved needs less";
+  EXPECT_LT(made[0], 12);
+}
+
+TEST(TrackerConvergence, GoesNoFartherThanAllowed) {
+  TrackingParameters parameters;
+  parameters.iterations = {1, 0, 2};
+  parameters.converged_step = 1e-12;
+  parameters.max_iterations = 4;
+  const SE3 truth = desk().world_from_model() * test::Random(16).motion(1 * kRadiansPerDegree, 0.02);
+  EXPECT_EQ(desk().track(truth, desk().seed(), parameters).iterations, (std::vector<int>{4, 0, 4}));
+}
+
 // ---- what an iteration tells ----------------------------------------------------------------------------------------
 
 TEST(TrackerTrace, IsThatOfTheRun) {
@@ -445,6 +482,21 @@ TEST(TrackerMedianFilter, LeavesOutWhatLiesFarFromTheMedian) {
 
 // ---- levels ---------------------------------------------------------------------------------------------------------
 
+TEST(TrackerGate, FollowsTheDistancesOfAFarSeed) {
+  TrackingParameters narrow = unit_residuals();
+  narrow.distance_gate = 0.03;
+  narrow.iterations = {10, 5, 5};
+  TrackingParameters following = narrow;
+  following.gate_per_median = 5;
+  const SE3 truth = desk().world_from_model() * test::Random(25).motion(6 * kRadiansPerDegree, 0.08);
+  const auto error = [&](const TrackingParameters& parameters) {
+    const SE3 difference = truth.inverse() * desk().track(truth, desk().seed(), parameters).world_from_camera;
+    return difference.translation().norm() + so3::angle(difference.rotation());
+  };
+  EXPECT_GT(error(narrow), 0.02) << "else this shows nothing";
+  EXPECT_LT(error(following), 2e-3);
+}
+
 TEST(TrackerLevels, TheModelNeedsNoLevelsThatAreNotTracked) {
   const SE3 truth = desk().world_from_model() * test::Random(19).motion(1 * kRadiansPerDegree, 0.02);
   TrackingParameters parameters;
@@ -464,13 +516,24 @@ TEST(Tracker, GatesAreThoseOfTheParameters) {
   parameters.histogram_bins = 200;
   parameters.histogram_range = 0.4;
   kernels::IcpInput in{};
-  set_gates(parameters, SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), &in);
+  set_gates(parameters, SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), 0, &in);
   EXPECT_FLOAT_EQ(in.distance_gate, 0.07f);
   EXPECT_NEAR(in.cos_normal_gate, 0.5f, 1e-6f);
   EXPECT_EQ(in.bins, 200);
   EXPECT_FLOAT_EQ(in.bins_per_metre, 500);
   EXPECT_EQ(in.band_low, 0);
   EXPECT_GT(in.band_high, 1e30f);
+  parameters.gate_per_median = 5;
+  parameters.widest_gate = 0.2;
+  const auto gate_after = [&](double median) {
+    set_gates(parameters, SE3(), median, &in);
+    return in.distance_gate;
+  };
+  EXPECT_FLOAT_EQ(gate_after(0), 0.07f) << "nothing is known yet";
+  EXPECT_FLOAT_EQ(gate_after(0.01), 0.07f) << "it never becomes narrower";
+  EXPECT_FLOAT_EQ(gate_after(0.03), 0.15f);
+  EXPECT_FLOAT_EQ(gate_after(0.3), 0.2f);
+  set_gates(parameters, SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), 0, &in);
   EXPECT_FLOAT_EQ(in.model_from_live.t[2], 3);
   EXPECT_FLOAT_EQ(in.model_from_live.r[1], static_cast<float>(-std::sin(0.1)));
 }

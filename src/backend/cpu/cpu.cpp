@@ -52,7 +52,7 @@ void LanesBase::integral_image(const PlaneView<std::int32_t>& plane) const {
 IcpSums LanesBase::reduce(const kernels::IcpReduce& kernel) const {
   IcpSums sums;
   sums.histogram.resize(static_cast<std::size_t>(kernel.in.bins) + 2);
-  sums.bin_width = 1.0 / static_cast<double>(kernel.in.bins_per_metre);
+  if (kernel.in.bins > 0) sums.bin_width = 1.0 / static_cast<double>(kernel.in.bins_per_metre);
   reduce_into(kernel, sums.slots, sums.histogram.data());
   sums.histogram.pop_back();  // what was no pair
   return sums;
