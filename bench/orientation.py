@@ -1,82 +1,67 @@
 #!/usr/bin/env python3
 """Presets side by side on recorded sequences, with and without an orientation sensor, as a Markdown table.
 
-    bench/orientation.py SEQUENCE [-n FRAMES] [--stride 1,2,3,5] [--seeds 5] [-o DIR] [-- RUN OPTIONS...]
+    bench/orientation.py SEQUENCE [-n FRAMES] [--stride 1,2,3,5] [--seeds 5] [-o DIR] [--jobs N] [-- RUN OPTIONS...]
 
 The orientation is the sequence's ground truth: as it is ("ideal"), and with the error model of a BNO055 under several
 seeds (mean, and the worst in brackets). A run whose summary.json is there already is not repeated. PLUMBLINE names the
-program.
+program. Milliseconds are of no use with several jobs.
 """
 
 import argparse
-import csv
-import json
-import os
 import pathlib
 import statistics
-import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-PROGRAM = os.environ.get("PLUMBLINE", str(ROOT / "build" / "release" / "plumbline"))
-# The placement of the volume decides as much as the method (METHOD.md §6.5): the same for all.
-PLACEMENT = ["--set", "volume.side=6", "--set", "volume.offset=-0.4"]
-ROWS = [("kinectfusion", "none"), ("paper", "ideal"), ("paper", "bno055"), ("plumbline", "none"), ("plumbline", "ideal"),
-        ("plumbline", "bno055")]
+import runs
+
+PLACEMENT = ("--set", "volume.side=6", "--set", "volume.offset=-0.4")
+ROWS = [("kinectfusion", "none"), ("paper", "ideal"), ("paper", "bno055"), ("plumbline", "none"),
+        ("plumbline", "ideal"), ("plumbline", "bno055")]
 
 
-def run(arguments, preset, sensor, seed, stride):
-    """The run's summary with its RPE, or None if nothing could be tracked."""
-    name = f"{pathlib.Path(arguments.sequence).name}-{preset}-{sensor}-{seed}-{stride}"
-    folder = pathlib.Path(arguments.output) / name
-    summary = folder / "summary.json"
-    truth = os.path.join(arguments.sequence, "groundtruth.txt")
-    if not summary.exists():
-        command = [PROGRAM, "run", arguments.sequence, "-o", str(folder), "--preset", preset, "--quiet", "--no-color", "--no-mesh",
-                   "--stride", str(stride), "--max-frames", str(arguments.frames), *PLACEMENT, *arguments.options]
-        if sensor != "none":
-            command += ["--orientation", truth, "--orientation-max-gap", "0.5", "--imu-model", sensor, "--imu-seed", str(seed)]
-        done = subprocess.run(command, check=False, capture_output=True, text=True)
-        if done.returncode != 0:
-            print(f"{name}: {done.stderr.strip()}", file=sys.stderr)
-            return None
-    result = json.loads(summary.read_text(encoding="utf-8"))
-    rpe = subprocess.run([PROGRAM, "eval", "rpe", truth, str(folder / "trajectory.txt"), "--json"], check=False,
-                         capture_output=True, text=True)
-    result["rpe"] = json.loads(rpe.stdout)["translation_m"]["rmse"] if rpe.returncode == 0 else None
-    with open(folder / "frames.csv", encoding="utf-8") as rows:
-        result["ms"] = statistics.median(float(row["total_ms"]) for row in csv.DictReader(rows))
+def measure(run):
+    result = run.summary()
+    result["rpe"] = run.rmse("rpe")
+    result["ms"] = statistics.median(float(row["total_ms"]) for row in run.frames())
     return result
 
 
 def cell(values, form):
-    known = [v for v in values if v is not None]
-    if not known:
+    values = runs.known(values)
+    if not values:
         return "–"
-    return form.format(known[0]) if len(known) == 1 else f"{form.format(statistics.mean(known))} ({form.format(max(known))})"
+    if len(values) == 1:
+        return form.format(values[0])
+    return f"{form.format(statistics.mean(values))} ({form.format(max(values))})"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sequence")
+    parser.set_defaults(seeds=5)
+    parser.add_argument("sequence", type=lambda text: pathlib.Path(text).resolve())
     parser.add_argument("-n", "--frames", type=int, default=0)
     parser.add_argument("--stride", default="1")
-    parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("-o", "--output", default=str(ROOT / "build" / "orientation"))
-    parser.add_argument("options", nargs="*")
-    arguments = parser.parse_args()
+    arguments = runs.parse(parser, "orientation")
+    rows = [(stride, preset, sensor) for stride in arguments.stride.split(",") for preset, sensor in ROWS]
+    sequence, frames = arguments.sequence, str(arguments.frames)
+    jobs = [runs.Run(arguments.output / f"{sequence.name}-{preset}-{sensor}-{seed}-{stride}-{frames}", sequence, preset,
+                     sensor, seed, ("--stride", stride, "--max-frames", frames, *PLACEMENT, *arguments.options))
+            for stride, preset, sensor in rows for seed in runs.seeds_of(sensor, arguments.seeds)]
+    results = runs.each(measure, jobs, arguments.jobs)
+    failed = 0
     print("| stride | preset | orientation | lost | ATE RMSE (m) | RPE 1 s (m) | iterations | ms a frame |")
-    print("|---|---|---|---|---|---|---|---|")
-    for stride in [int(text) for text in arguments.stride.split(",")]:
-        for preset, sensor in ROWS:
-            seeds = range(1, arguments.seeds + 1) if sensor == "bno055" else [1]
-            runs = [run(arguments, preset, sensor, seed, stride) for seed in seeds]
-            ran = [r for r in runs if r]
-            frames = ran[0]["frames"] if ran else "?"
-            lost = cell([r["lost"] for r in ran], "{:.0f}")
-            print(f"| {stride} | {preset} | {sensor} | {lost} of {frames} | "
-                  f"{cell([(r['ate'] or {}).get('rmse_m') for r in ran], '{:.4f}')} | {cell([r['rpe'] for r in ran], '{:.4f}')} | "
-                  f"{cell([r['mean_iterations'] for r in ran], '{:.1f}')} | {cell([r['ms'] for r in ran], '{:.1f}')} |", flush=True)
+    print("|---|---|---|---|---|---|---|---|", flush=True)
+    for stride, preset, sensor in rows:
+        found = [next(results) for _ in runs.seeds_of(sensor, arguments.seeds)]
+        ran = runs.known(found)
+        failed += len(found) - len(ran)
+        frames = ran[0]["frames"] if ran else "?"
+        cells = [f"{cell([r['lost'] for r in ran], '{:.0f}')} of {frames}",
+                 cell([(r["ate"] or {}).get("rmse_m") for r in ran], "{:.4f}"), cell([r["rpe"] for r in ran], "{:.4f}"),
+                 cell([r["mean_iterations"] for r in ran], "{:.1f}"), cell([r["ms"] for r in ran], "{:.1f}")]
+        print(f"| {stride} | {preset} | {sensor} | {' | '.join(cells)} |", flush=True)
+    sys.exit(1 if failed else 0)
 
 
 if __name__ == "__main__":
