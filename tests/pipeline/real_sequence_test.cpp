@@ -76,6 +76,23 @@ TEST(RealSequence, Freiburg1XyzWithOurPreset) {
   EXPECT_LE(ate(*sequence, result), 0.014);
 }
 
+TEST(RealSequence, Freiburg1RpyHeadWithOurPresetAndNoSensor) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_rpy_head");
+  const auto sequence = open_sequence(folder.string(), {});
+  const test::Run result = run(*sequence, preset("plumbline"));
+  EXPECT_EQ(result.lost, 0);
+  EXPECT_LE(ate(*sequence, result), 0.04) << "the baseline has 0.055 m in the same volume";
+}
+
+TEST(RealSequence, EveryFourthFrameOfFreiburg1Xyz) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_xyz");
+  const auto sequence = open_sequence(folder.string(), {});
+  const test::Run result = test::run_pipeline(preset("plumbline"), sequence->info().camera, sequence->size() / 4,
+                                              [&](int i) { return sequence->read(i * 4); });
+  EXPECT_EQ(result.lost, 0);
+  EXPECT_LE(ate(*sequence, result), 0.02) << "0.103 m with a fixed number of iterations";
+}
+
 TEST(RealSequence, Freiburg1RpyHeadWithAnOrientationSensor) {
   PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_rpy_head");
   const auto sequence = open_sequence(folder.string(), {});
