@@ -57,7 +57,8 @@ PairOutcome AngularTest::run_pair(const eval::TurnedPair& pair, const SE3& first
   const FrameReport second = pipeline.process(read(pair.second));
   outcome.status = second.tracking.status;
   outcome.reason = second.tracking.reason;
-  outcome.orientation = first.orientation == OrientationUse::missing ? first.orientation : second.orientation;
+  if (orientation_ != nullptr)
+    outcome.orientation = first.orientation == OrientationUse::missing ? first.orientation : second.orientation;
   if (outcome.status == TrackingStatus::lost) return outcome;
   const SE3 estimate = first.world_from_camera.inverse() * second.world_from_camera;
   const SE3 error = first_from_second.inverse() * estimate;
