@@ -11,6 +11,7 @@
 #include "app/arguments.h"
 #include "imu/error_model.h"
 #include "io/orientation_file.h"
+#include "tracking/orientation_guide.h"
 
 namespace plumbline::app {
 namespace {
@@ -115,6 +116,15 @@ std::optional<OrientationStream> load_orientation(const OrientationArguments& a,
 std::string describe(const OrientationArguments& a) {
   if (a.path.empty() || a.imu_model.empty()) return a.path;
   return fmt::format("{}, error model {} seed {}", a.path, a.imu_model, a.imu_seed);
+}
+
+std::vector<std::string> describe(const OrientationStream& stream, const std::string& source,
+                                  const std::vector<std::string>& notes, const OrientationParameters& parameters) {
+  std::vector<std::string> lines = {fmt::format("orientation {} readings from {}", stream.samples().size(), source)};
+  for (const std::string& note : notes) lines.push_back("note       " + note);
+  if (!uses_sensor(parameters))
+    lines.emplace_back("note       the parameters leave the orientation unused; --preset plumbline or paper uses it");
+  return lines;
 }
 
 }  // namespace plumbline::app

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/parameters.h"
 #include "imu/orientation_stream.h"
 
 namespace CLI {
@@ -31,5 +32,9 @@ std::optional<OrientationStream> load_orientation(const OrientationArguments& ar
 
 /// File and error model, for summaries; empty without --orientation.
 std::string describe(const OrientationArguments& arguments);
+
+/// Lines of "name  value" for people: how many readings from where, notes on them, and whether they will be used.
+std::vector<std::string> describe(const OrientationStream& stream, const std::string& source,
+                                  const std::vector<std::string>& notes, const OrientationParameters& parameters);
 
 }  // namespace plumbline::app

@@ -13,6 +13,7 @@
 #include "app/frame_log.h"
 #include "app/icp_trace.h"
 #include "app/interrupt.h"
+#include "app/orientation_arguments.h"
 #include "app/orientation_check.h"
 #include "app/pixel_use.h"
 #include "app/progress.h"
@@ -116,12 +117,10 @@ class Runner {
   void describe_run() const {
     if (options_.quiet) return;
     for (const std::string& line : describe(*sequence_)) say(line);
-    if (options_.orientation) {
-      say("orientation {} readings from {}", options_.orientation->samples().size(), options_.orientation_source);
-      for (const std::string& note : options_.orientation_notes) say("note       {}", note);
-      if (!uses_sensor(options_.parameters.orientation))
-        say("note       the parameters leave the orientation unused; --preset plumbline or paper uses it");
-    }
+    if (options_.orientation)
+      for (const std::string& line : describe(*options_.orientation, options_.orientation_source,
+                                              options_.orientation_notes, options_.parameters.orientation))
+        say(line);
     say("volume     {}", volume_text(options_.parameters.volume));
     say("backend    {}", run_.backend);
     say("output     {}", options_.output);
@@ -135,7 +134,7 @@ class Runner {
       while (interrupt.signal() == 0) {
         std::optional<Frame> frame = reader.next();
         if (!frame) break;
-        add_orientation(&*frame);
+        if (options_.orientation) reading_ = add_orientation(*options_.orientation, &*frame);
         process(*frame, {reader.wait_milliseconds(), reader.decode_milliseconds()}, progress);
       }
     } catch (...) {
@@ -143,12 +142,6 @@ class Runner {
     }
     run_.signal = interrupt.signal();
     run_.wall_seconds = progress.seconds();
-  }
-
-  void add_orientation(Frame* frame) {
-    if (!options_.orientation) return;
-    reading_ = options_.orientation->lookup(frame->time);
-    if (reading_->status == OrientationStatus::ok) frame->earth_from_camera = reading_->earth_from_camera;
   }
 
   void process(const Frame& frame, const ReadTimes& read, Progress& progress) {

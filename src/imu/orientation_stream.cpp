@@ -127,4 +127,10 @@ OrientationReading OrientationStream::extrapolate(std::size_t index, Nanoseconds
   return reading(at_constant_rate(end, *partner, time));
 }
 
+OrientationReading add_orientation(const OrientationStream& stream, Frame* frame) {
+  const OrientationReading reading = stream.lookup(frame->time);
+  if (reading.status == OrientationStatus::ok) frame->earth_from_camera = reading.earth_from_camera;
+  return reading;
+}
+
 }  // namespace plumbline

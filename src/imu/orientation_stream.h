@@ -55,4 +55,7 @@ class OrientationStream {
   OrientationStreamOptions options_;
 };
 
+/// Gives the frame the camera's orientation at its time, where the stream has one. Returns what the look-up said.
+OrientationReading add_orientation(const OrientationStream& stream, Frame* frame);
+
 }  // namespace plumbline

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""The paper's angular test (Giancola et al. 2018) on simulated scenes, as a Markdown table: failures in % of the pairs.
+
+    bench/angles.py [--scenes desk,room,kitchen] [--angles 5,10,15,20,25,30,40,50,60] [--seeds 5] [--pairs 20] [-o DIR]
+                    [-- ANGLES OPTIONS...]
+
+Each scene and angle has a sequence of its own (`plumbline simulate --turn`): two frames at each place, the camera turned
+between them about a random axis across its line of sight. The orientation is the ground truth's, as it is ("ideal")
+and with the error model of a BNO055; failures over all seeds are counted together. What is in DIR already, sequences
+and results, is not made again: give another DIR for other options or another program. PLUMBLINE names the program.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PROGRAM = os.environ.get("PLUMBLINE", str(ROOT / "build" / "release" / "plumbline"))
+# The camera in the middle of the volume, so that what it turns to is inside too: the same for all.
+PLACEMENT = ["--set", "volume.side=8", "--set", "volume.offset=-0.5"]
+ROWS = [("kinectfusion", "none"), ("paper", "ideal"), ("paper", "bno055"), ("plumbline", "none"), ("plumbline", "ideal"),
+        ("plumbline", "bno055")]
+PAPER_ANGLES = [5, 10, 15, 20, 25, 30, 40, 50, 60]
+PAPER = {"original": [0, 10, 25, 55, 75, 90, 100, 100, 100], "with IMU": [0, 0, 10, 0, 10, 0, 5, 10, 100]}
+
+
+def call(command):
+    done = subprocess.run([PROGRAM, *command], check=False, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(command)}\n{done.stderr.strip()}")
+
+
+def simulate(arguments, scene, angle):
+    """The folder of the sequence."""
+    folder = pathlib.Path(arguments.output) / f"{scene}-{angle:g}-{arguments.pairs}"
+    # depth.txt is written last of all: what was broken off is made again. As fast as it takes for the 8 s of the path to be
+    # through in these frames at 30 a second: the places lie all along it.
+    if not (folder / "depth.txt").exists():
+        call(["simulate", "-o", str(folder), "--scene", scene, "--trajectory", "handheld", "--speed", f"{120 / arguments.pairs:g}",
+              "--turn", f"{angle:g}", "--frames", str(2 * arguments.pairs), "--no-color", "--quiet"])
+    return folder
+
+
+def test(arguments, scene, angle, preset, sensor, seed):
+    """(failures, pairs) of one sequence."""
+    folder = simulate(arguments, scene, angle)
+    result = folder / f"{preset}-{sensor}-{seed}.json"
+    if not result.exists():
+        command = ["angles", str(folder), "--angles", f"{angle:g}", "--pairs", str(arguments.pairs), "--preset", preset, *PLACEMENT,
+                   *arguments.options]
+        if sensor != "none":
+            command += ["--orientation", str(folder / "groundtruth.txt"), "--orientation-max-gap", "0.5", "--imu-model", sensor,
+                        "--imu-seed", str(seed)]
+        call([*command, "--json", str(result), "--csv", str(result.with_suffix(".csv"))])
+    found = json.loads(result.read_text(encoding="utf-8"))["angles"][0]
+    return found["failures"], found["pairs"]
+
+
+def percent(failures, pairs):
+    return f"{100 * failures / pairs:.0f}" if pairs else "–"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", default="desk,room,kitchen")
+    parser.add_argument("--angles", default=",".join(str(angle) for angle in PAPER_ANGLES))
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--pairs", type=int, default=20)
+    parser.add_argument("-o", "--output", default=str(ROOT / "build" / "angles"))
+    parser.add_argument("options", nargs="*")
+    arguments = parser.parse_args()
+    angles = [float(text) for text in arguments.angles.split(",")]
+    print("| scene | preset | orientation | " + " | ".join(f"{angle:g}°" for angle in angles) + " |")
+    print("|---" * (3 + len(angles)) + "|")
+    for scene in arguments.scenes.split(","):
+        for preset, sensor in ROWS:
+            seeds = range(1, arguments.seeds + 1) if sensor == "bno055" else [1]
+            cells = []
+            for angle in angles:
+                found = [test(arguments, scene, angle, preset, sensor, seed) for seed in seeds]
+                cells.append(percent(sum(f for f, _ in found), sum(p for _, p in found)))
+            print(f"| {scene} | {preset} | {sensor} | " + " | ".join(cells) + " |", flush=True)
+    for name, failures in PAPER.items():
+        known = dict(zip(PAPER_ANGLES, failures))
+        print(f"| paper | {name} | | " + " | ".join(str(known.get(angle, "–")) for angle in angles) + " |")
+
+
+if __name__ == "__main__":
+    main()

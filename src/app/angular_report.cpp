@@ -1,0 +1,104 @@
+#include "app/angular_report.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "io/csv.h"
+
+namespace plumbline::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+// Giancola, Schneider, Wonka, Ghanem 2018: failures in % of the pairs.
+constexpr std::array<int, 9> kPaperAngles = {5, 10, 15, 20, 25, 30, 40, 50, 60};
+constexpr std::array<int, 9> kPaperOriginal = {0, 10, 25, 55, 75, 90, 100, 100, 100};
+constexpr std::array<int, 9> kPaperImu = {0, 0, 10, 0, 10, 0, 5, 10, 100};
+
+std::string cells(const char* name, const std::array<int, 9>& values) {
+  std::string line = fmt::format("  {:<11}", name);
+  for (const int value : values) line += fmt::format("{:>5}", value);
+  return line;
+}
+
+Json angle_json(const AngleResult& result) {
+  const AngleSummary s = summarise(result);
+  const bool any = s.pairs > s.failures;
+  return {{"angle_deg", result.angle},
+          {"pairs", s.pairs},
+          {"failures", s.failures},
+          {"failure_percent", s.pairs > 0 ? Json(s.failure_percent()) : Json()},
+          {"lost", s.lost},
+          {"without_reading", s.missing},
+          {"median_translation_error_m", any ? Json(s.median_translation) : Json()},
+          {"median_rotation_error_deg", any ? Json(kDegrees * s.median_rotation) : Json()}};
+}
+
+}  // namespace
+
+std::string table_header() {
+  return fmt::format("{:>7}{:>7}{:>10}{:>11}{:>7}{:>17}{:>12}", "angle", "pairs", "failures", "failure %", "lost",
+                     "translation mm", "rotation °");
+}
+
+std::string table_row(const AngleResult& result) {
+  const AngleSummary s = summarise(result);
+  const std::string angle = fmt::format("{:g}°", result.angle);
+  if (s.pairs == 0) return fmt::format("{:>7}{:>7}{:>10}{:>11}{:>7}{:>17}{:>12}", angle, 0, "–", "–", "–", "–", "–");
+  const bool any = s.pairs > s.failures;
+  return fmt::format("{:>7}{:>7}{:>10}{:>11.1f}{:>7}{:>17}{:>12}", angle, s.pairs, s.failures, s.failure_percent(),
+                     s.lost, any ? fmt::format("{:.1f}", 1e3 * s.median_translation) : "–",
+                     any ? fmt::format("{:.3f}", kDegrees * s.median_rotation) : "–");
+}
+
+std::vector<std::string> paper_rows() {
+  return {"failure % in the paper (Giancola et al. 2018):", cells("angle", kPaperAngles),
+          cells("original", kPaperOriginal), cells("with IMU", kPaperImu)};
+}
+
+std::string angular_json(const AngularReport& report) {
+  Json json = {{"plumbline", PLUMBLINE_VERSION},
+               {"command", report.command_line},
+               {"sequence", report.sequence},
+               {"groundtruth", report.groundtruth},
+               {"frames", report.frames},
+               {"preset", report.preset},
+               {"backend", report.backend},
+               {"orientation", report.orientation.empty() ? Json() : Json(report.orientation)},
+               {"pairs_wanted", report.pairs_wanted},
+               {"tolerance_deg", report.tolerance},
+               {"max_translation_m", report.max_translation},
+               {"success_translation_m", report.limits.translation},
+               {"success_rotation_deg", kDegrees * report.limits.rotation}};
+  json["angles"] = Json::array();
+  for (const AngleResult& result : report.angles) json["angles"].push_back(angle_json(result));
+  json["paper"] = {{"source", "Giancola, Schneider, Wonka, Ghanem 2018"},
+                   {"angle_deg", kPaperAngles},
+                   {"original_failure_percent", kPaperOriginal},
+                   {"imu_failure_percent", kPaperImu}};
+  // Paths may hold bytes that are not UTF-8, which JSON cannot.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_pairs_csv(const std::string& path, const std::vector<AngleResult>& angles) {
+  CsvWriter csv(path, {"angle_deg", "first", "second", "true_rotation_deg", "true_translation_m", "status", "reason",
+                       "orientation", "translation_error_m", "rotation_error_deg", "success"});
+  for (const AngleResult& angle : angles) {
+    for (const PairOutcome& o : angle.outcomes) {
+      const bool lost = o.status == TrackingStatus::lost;
+      csv.row({fmt::format("{:g}", angle.angle), std::to_string(o.pair.first), std::to_string(o.pair.second),
+               fmt::format("{:.4f}", kDegrees * o.pair.angle), fmt::format("{:.6f}", o.pair.translation),
+               std::string(to_string(o.status)), std::string(to_string(o.reason)),
+               std::string(to_string(o.orientation)), lost ? "" : fmt::format("{:.6f}", o.translation_error),
+               lost ? "" : fmt::format("{:.4f}", kDegrees * o.rotation_error), o.success ? "1" : "0"});
+    }
+  }
+  csv.close();
+}
+
+}  // namespace plumbline::app

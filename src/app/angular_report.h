@@ -1,0 +1,33 @@
+// What came out of an angular test, as a table for people, as JSON, and as a row a pair.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/angular_test.h"
+
+namespace plumbline::app {
+
+/// What was tested, and how.
+struct AngularReport {
+  std::string command_line, sequence, groundtruth;
+  std::string preset, backend;
+  std::string orientation;  ///< source in words, or empty
+  int frames = 0;
+  int pairs_wanted = 0;
+  double tolerance = 0;        ///< degrees
+  double max_translation = 0;  ///< metres
+  SuccessLimits limits;
+  std::vector<AngleResult> angles;
+};
+
+std::string table_header();
+std::string table_row(const AngleResult& result);
+/// The paper's figures, to compare with.
+std::vector<std::string> paper_rows();
+
+std::string angular_json(const AngularReport& report);
+/// Throws Error if the file cannot be written.
+void write_pairs_csv(const std::string& path, const std::vector<AngleResult>& angles);
+
+}  // namespace plumbline::app
