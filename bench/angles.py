@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The paper's angular test (Giancola et al. 2018) on simulated scenes, as a Markdown table: failures in % of the pairs.
 
-    bench/angles.py [--scenes desk,room,kitchen] [--angles 5,10,15,20,25,30,40,50,60] [--seeds 5] [--pairs 20] [-o DIR]
-                    [-- ANGLES OPTIONS...]
+    bench/angles.py [--scenes desk,room,kitchen] [--angles 5,10,15,20,25,30,40,50,60] [--seeds 5] [--pairs 20]
+                    [--simulate "SIMULATE OPTIONS..."] [-o DIR] [-- ANGLES OPTIONS...]
 
 Each scene and angle has a sequence of its own (`plumbline simulate --turn`): two frames at each place, the camera turned
 between them about a random axis across its line of sight. The orientation is the ground truth's, as it is ("ideal")
@@ -14,6 +14,7 @@ import argparse
 import json
 import os
 import pathlib
+import shlex
 import subprocess
 import sys
 
@@ -40,7 +41,8 @@ def simulate(arguments, scene, angle):
     # through in these frames at 30 a second: the places lie all along it.
     if not (folder / "depth.txt").exists():
         call(["simulate", "-o", str(folder), "--scene", scene, "--trajectory", "handheld", "--speed", f"{120 / arguments.pairs:g}",
-              "--turn", f"{angle:g}", "--frames", str(2 * arguments.pairs), "--no-color", "--quiet"])
+              "--turn", f"{angle:g}", "--frames", str(2 * arguments.pairs), "--no-color", "--quiet",
+              *shlex.split(arguments.simulate)])
     return folder
 
 
@@ -59,8 +61,21 @@ def test(arguments, scene, angle, preset, sensor, seed):
     return found["failures"], found["pairs"]
 
 
-def percent(failures, pairs):
-    return f"{100 * failures / pairs:.0f}" if pairs else "–"
+def total(counts):
+    """(failures, pairs) of several."""
+    failures, pairs = zip(*counts)
+    return sum(failures), sum(pairs)
+
+
+def count(arguments, scene, angle, preset, sensor):
+    """(failures, pairs) over the seeds."""
+    seeds = range(1, arguments.seeds + 1) if sensor == "bno055" else [1]
+    return total(test(arguments, scene, angle, preset, sensor, seed) for seed in seeds)
+
+
+def print_row(scene, row, counts):
+    cells = [f"{100 * failures / pairs:.0f}" if pairs else "–" for failures, pairs in counts]
+    print(f"| {scene} | {row[0]} | {row[1]} | " + " | ".join(cells) + " |", flush=True)
 
 
 def main():
@@ -69,20 +84,21 @@ def main():
     parser.add_argument("--angles", default=",".join(str(angle) for angle in PAPER_ANGLES))
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--pairs", type=int, default=20)
+    parser.add_argument("--simulate", default="", help='more options of `plumbline simulate`, such as "--distortion 0"')
     parser.add_argument("-o", "--output", default=str(ROOT / "build" / "angles"))
     parser.add_argument("options", nargs="*")
     arguments = parser.parse_args()
     angles = [float(text) for text in arguments.angles.split(",")]
+    scenes = arguments.scenes.split(",")
     print("| scene | preset | orientation | " + " | ".join(f"{angle:g}°" for angle in angles) + " |")
     print("|---" * (3 + len(angles)) + "|")
-    for scene in arguments.scenes.split(","):
-        for preset, sensor in ROWS:
-            seeds = range(1, arguments.seeds + 1) if sensor == "bno055" else [1]
-            cells = []
-            for angle in angles:
-                found = [test(arguments, scene, angle, preset, sensor, seed) for seed in seeds]
-                cells.append(percent(sum(f for f, _ in found), sum(p for _, p in found)))
-            print(f"| {scene} | {preset} | {sensor} | " + " | ".join(cells) + " |", flush=True)
+    counted = {}
+    for scene in scenes:
+        for row in ROWS:
+            counted[scene, row] = [count(arguments, scene, angle, *row) for angle in angles]
+            print_row(scene, row, counted[scene, row])
+    for row in ROWS if len(scenes) > 1 else []:
+        print_row("all", row, [total(counted[scene, row][i] for scene in scenes) for i in range(len(angles))])
     for name, failures in PAPER.items():
         known = dict(zip(PAPER_ANGLES, failures))
         print(f"| paper | {name} | | " + " | ".join(str(known.get(angle, "–")) for angle in angles) + " |")

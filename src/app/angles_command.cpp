@@ -97,13 +97,21 @@ void say_what_was_missing(const AnglesArguments& arguments, const std::vector<An
   if (missing > 0) say("note       {} pairs have no reading of the orientation sensor", missing);
 }
 
-void write_files(const AnglesArguments& arguments, const AngularReport& report) {
-  if (!arguments.csv.empty()) write_pairs_csv(arguments.csv, report.angles);
-  if (arguments.json.empty()) return;
-  AtomicFile file(arguments.json);
-  file.write(angular_json(report));
-  file.commit();
-}
+/// A file that was asked for, begun before the test so that a path that cannot be written costs no time.
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& path) {
+    if (!path.empty()) file_.emplace(path);
+  }
+  void write(const std::string& text) {
+    if (!file_) return;
+    file_->write(text);
+    file_->commit();
+  }
+
+ private:
+  std::optional<AtomicFile> file_;
+};
 
 int angles(const AnglesArguments& arguments) {
   const Parameters parameters = effective_parameters(arguments.parameters);
@@ -117,6 +125,7 @@ int angles(const AnglesArguments& arguments) {
   const auto poses = true_poses(*sequence, read_trajectory(report.groundtruth), report.groundtruth);
   const std::unique_ptr<Backend> backend = make_backend(arguments.backend, arguments.threads);
   report.backend = backend->description();
+  OutputFile json(arguments.json), csv(arguments.csv);
 
   for (const std::string& line : describe(*sequence)) say(line);
   if (orientation)
@@ -130,7 +139,8 @@ int angles(const AnglesArguments& arguments) {
   say("errors: median of the successes\n");
   for (const std::string& line : paper_rows()) say(line);
   say_what_was_missing(arguments, report.angles);
-  write_files(arguments, report);
+  json.write(angular_json(report));
+  csv.write(pairs_csv(report.angles));
   return 0;
 }
 

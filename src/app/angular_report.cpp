@@ -6,8 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "io/csv.h"
-
 namespace plumbline::app {
 namespace {
 
@@ -85,20 +83,21 @@ std::string angular_json(const AngularReport& report) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-void write_pairs_csv(const std::string& path, const std::vector<AngleResult>& angles) {
-  CsvWriter csv(path, {"angle_deg", "first", "second", "true_rotation_deg", "true_translation_m", "status", "reason",
-                       "orientation", "translation_error_m", "rotation_error_deg", "success"});
+std::string pairs_csv(const std::vector<AngleResult>& angles) {
+  std::string text =
+      "angle_deg,first,second,true_rotation_deg,true_translation_m,status,reason,orientation,translation_error_m,"
+      "rotation_error_deg,success\n";
   for (const AngleResult& angle : angles) {
     for (const PairOutcome& o : angle.outcomes) {
-      const bool lost = o.status == TrackingStatus::lost;
-      csv.row({fmt::format("{:g}", angle.angle), std::to_string(o.pair.first), std::to_string(o.pair.second),
-               fmt::format("{:.4f}", kDegrees * o.pair.angle), fmt::format("{:.6f}", o.pair.translation),
-               std::string(to_string(o.status)), std::string(to_string(o.reason)),
-               std::string(to_string(o.orientation)), lost ? "" : fmt::format("{:.6f}", o.translation_error),
-               lost ? "" : fmt::format("{:.4f}", kDegrees * o.rotation_error), o.success ? "1" : "0"});
+      const std::string errors = o.status == TrackingStatus::lost
+                                     ? ","
+                                     : fmt::format("{:.6f},{:.4f}", o.translation_error, kDegrees * o.rotation_error);
+      text += fmt::format("{:g},{},{},{:.4f},{:.6f},{},{},{},{},{}\n", angle.angle, o.pair.first, o.pair.second,
+                          kDegrees * o.pair.angle, o.pair.translation, to_string(o.status), to_string(o.reason),
+                          to_string(o.orientation), errors, o.success ? 1 : 0);
     }
   }
-  csv.close();
+  return text;
 }
 
 }  // namespace plumbline::app

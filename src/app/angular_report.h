@@ -27,7 +27,7 @@ std::string table_row(const AngleResult& result);
 std::vector<std::string> paper_rows();
 
 std::string angular_json(const AngularReport& report);
-/// Throws Error if the file cannot be written.
-void write_pairs_csv(const std::string& path, const std::vector<AngleResult>& angles);
+/// A header, and a row for each pair.
+std::string pairs_csv(const std::vector<AngleResult>& angles);
 
 }  // namespace plumbline::app
