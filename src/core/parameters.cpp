@@ -36,6 +36,7 @@ Parameters plumbline() {
   p.tracking.converged_step = 0.0005;
   p.tracking.gate_per_median = 5;
   p.tracking.normal_gate = 30;
+  p.tracking.min_inlier_fraction = 0.02;  // a turn of 50° leaves no more in common
   p.tracking.depth_weights = true;
   p.tracking.huber = 0.01;
   p.tracking.speed_sigma = 0.75;
