@@ -12,26 +12,16 @@ and results, is not made again: give another DIR for other options or another pr
 
 import argparse
 import json
-import os
 import pathlib
 import shlex
-import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-PROGRAM = os.environ.get("PLUMBLINE", str(ROOT / "build" / "release" / "plumbline"))
-# The camera in the middle of the volume, so that what it turns to is inside too: the same for all.
-PLACEMENT = ["--set", "volume.side=8", "--set", "volume.offset=-0.5"]
+import runs
+
 ROWS = [("kinectfusion", "none"), ("paper", "ideal"), ("paper", "bno055"), ("plumbline", "none"), ("plumbline", "ideal"),
         ("plumbline", "bno055")]
 PAPER_ANGLES = [5, 10, 15, 20, 25, 30, 40, 50, 60]
 PAPER = {"original": [0, 10, 25, 55, 75, 90, 100, 100, 100], "with IMU": [0, 0, 10, 0, 10, 0, 5, 10, 100]}
-
-
-def call(command):
-    done = subprocess.run([PROGRAM, *command], check=False, capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(command)}\n{done.stderr.strip()}")
 
 
 def simulate(arguments, scene, angle):
@@ -40,9 +30,9 @@ def simulate(arguments, scene, angle):
     # depth.txt is written last of all: what was broken off is made again. As fast as it takes for the 8 s of the path to be
     # through in these frames at 30 a second: the places lie all along it.
     if not (folder / "depth.txt").exists():
-        call(["simulate", "-o", str(folder), "--scene", scene, "--trajectory", "handheld", "--speed", f"{120 / arguments.pairs:g}",
-              "--turn", f"{angle:g}", "--frames", str(2 * arguments.pairs), "--no-color", "--quiet",
-              *shlex.split(arguments.simulate)])
+        runs.call("simulate", "-o", str(folder), "--scene", scene, "--trajectory", "handheld",
+                  "--speed", f"{120 / arguments.pairs:g}", "--turn", f"{angle:g}", "--frames", str(2 * arguments.pairs),
+                  "--no-color", "--quiet", *shlex.split(arguments.simulate))
     return folder
 
 
@@ -51,12 +41,9 @@ def test(arguments, scene, angle, preset, sensor, seed):
     folder = simulate(arguments, scene, angle)
     result = folder / f"{preset}-{sensor}-{seed}.json"
     if not result.exists():
-        command = ["angles", str(folder), "--angles", f"{angle:g}", "--pairs", str(arguments.pairs), "--preset", preset, *PLACEMENT,
-                   *arguments.options]
-        if sensor != "none":
-            command += ["--orientation", str(folder / "groundtruth.txt"), "--orientation-max-gap", "0.5", "--imu-model", sensor,
-                        "--imu-seed", str(seed)]
-        call([*command, "--json", str(result), "--csv", str(result.with_suffix(".csv"))])
+        runs.call("angles", str(folder), "--angles", f"{angle:g}", "--pairs", str(arguments.pairs), "--preset", preset,
+                  *runs.volume_of(preset), *runs.sensor_options(folder / "groundtruth.txt", sensor, seed),
+                  *arguments.options, "--json", str(result), "--csv", str(result.with_suffix(".csv")))
     found = json.loads(result.read_text(encoding="utf-8"))["angles"][0]
     return found["failures"], found["pairs"]
 
@@ -69,8 +56,7 @@ def total(counts):
 
 def count(arguments, scene, angle, preset, sensor):
     """(failures, pairs) over the seeds."""
-    seeds = range(1, arguments.seeds + 1) if sensor == "bno055" else [1]
-    return total(test(arguments, scene, angle, preset, sensor, seed) for seed in seeds)
+    return total(test(arguments, scene, angle, preset, sensor, seed) for seed in runs.seeds_of(sensor, arguments.seeds))
 
 
 def print_row(scene, row, counts):
@@ -85,7 +71,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--pairs", type=int, default=20)
     parser.add_argument("--simulate", default="", help='more options of `plumbline simulate`, such as "--distortion 0"')
-    parser.add_argument("-o", "--output", default=str(ROOT / "build" / "angles"))
+    parser.add_argument("-o", "--output", default=str(runs.ROOT / "build" / "angles"))
     parser.add_argument("options", nargs="*")
     arguments = parser.parse_args()
     angles = [float(text) for text in arguments.angles.split(",")]
@@ -95,7 +81,10 @@ def main():
     counted = {}
     for scene in scenes:
         for row in ROWS:
-            counted[scene, row] = [count(arguments, scene, angle, *row) for angle in angles]
+            try:
+                counted[scene, row] = [count(arguments, scene, angle, *row) for angle in angles]
+            except runs.Failure as failure:
+                sys.exit(f"angles: {scene}, {row[0]} {row[1]}: {failure}")
             print_row(scene, row, counted[scene, row])
     for row in ROWS if len(scenes) > 1 else []:
         print_row("all", row, [total(counted[scene, row][i] for scene in scenes) for i in range(len(angles))])

@@ -31,7 +31,7 @@ def measure(run):
 
 
 def runs_of(sensor, schedule, factor, arguments):
-    options = ("--threads", "1", "--max-frames", str(arguments.frames), *runs.WHOLE_SCENE, "--set",
+    options = ("--threads", "1", "--max-frames", str(arguments.frames), *runs.PAPERS_VOLUME, "--set",
                f"orientation.schedule={schedule}", "--set", f"orientation.lambda={factor}", *arguments.options)
     name = f"{arguments.frames}-{schedule}-{factor}-{sensor}"
     return [runs.Run(arguments.output / f"{sequence.name}-{name}-{seed}", sequence, "paper", sensor, seed, options)

@@ -45,7 +45,7 @@ def main():
     rows = [(stride, preset, sensor) for stride in arguments.stride.split(",") for preset, sensor in ROWS]
     sequence, frames = arguments.sequence, str(arguments.frames)
     jobs = [runs.Run(arguments.output / f"{sequence.name}-{preset}-{sensor}-{seed}-{stride}-{frames}", sequence, preset,
-                     sensor, seed, ("--stride", stride, "--max-frames", frames, *runs.WHOLE_SCENE, *arguments.options))
+                     sensor, seed, ("--stride", stride, "--max-frames", frames, *runs.volume_of(preset), *arguments.options))
             for stride, preset, sensor in rows for seed in runs.seeds_of(sensor, arguments.seeds)]
     results = runs.each(measure, jobs, arguments.jobs)
     failed = 0

@@ -6,7 +6,7 @@
 
 The paths are those of shared/data beside the checkout, or PLUMBLINE_DATA. What is there already, sequences and runs, is
 not made again. The orientation is the sequence's ground truth: as it is ("ideal"), and with the error model of a BNO055
-under several seeds. All presets have the same volume, and a run one thread.
+under several seeds. A run has one thread.
 
 ATE here is over all frames: a lost one counts with the last pose that was believed. Over the tracked frames alone, as
 summary.json has it, a run that loses most of its frames looks good.
@@ -63,7 +63,7 @@ def sequences_of(arguments):
 
 def runs_of(sequence, row, arguments):
     preset, sensor = row.split(":")
-    options = ("--threads", "1", "--max-frames", str(arguments.frames), *runs.WHOLE_SCENE, *arguments.options)
+    options = ("--threads", "1", "--max-frames", str(arguments.frames), *runs.volume_of(preset), *arguments.options)
     name = f"{sequence.name}-{arguments.frames}-{preset}-{sensor}"
     return [runs.Run(arguments.output / f"{name}-{seed}", sequence.folder, preset, sensor, seed, options,
                      arguments.surface) for seed in runs.seeds_of(sensor, arguments.seeds)]
@@ -207,7 +207,7 @@ def main():
     options = f", `{' '.join(arguments.options)}`" if arguments.options else ""
     print("ATE RMSE in m over all frames, a lost one with the last pose that was believed; lost frames in brackets. "
           f"bno055: mean ± standard deviation over seeds 1 to {arguments.seeds}, the worst, and the mean of the lost. "
-          f"`{' '.join(runs.WHOLE_SCENE)}`{options}.\n")
+          f"`plumbline` in its own volume, the others with `{' '.join(runs.PAPERS_VOLUME)}`{options}.\n")
     head("scene", "path", "speed", "frames", *rows)
     table = {}
     for sequence in sequences:
