@@ -20,7 +20,9 @@ namespace {
 
 using testing::AllOf;
 using testing::ElementsAre;
+using testing::Ge;
 using testing::HasSubstr;
+using testing::Le;
 using testing::Not;
 
 using RunCommand = SmallSequence;
@@ -89,8 +91,8 @@ TEST_F(RunCommand, LeavesAWholeSetOfFilesThatReadBack) {
   const auto status = column(rows, "status");
   EXPECT_EQ(status.front(), "initialised");
   EXPECT_EQ(std::count(status.begin(), status.end(), "tracked"), kSmallFrames - 1);
-  EXPECT_EQ(column(rows, "iterations_level2")[1], "2");
-  EXPECT_EQ(column(rows, "iterations_level1")[1], "3");
+  EXPECT_THAT(std::stoi(column(rows, "iterations_level2")[1]), AllOf(Ge(2), Le(10)));
+  EXPECT_THAT(std::stoi(column(rows, "iterations_level1")[1]), AllOf(Ge(3), Le(10)));
   EXPECT_GT(std::stoi(column(rows, "inliers")[1]), 1000);
   EXPECT_EQ(column(rows, "rank")[1], "6");
   EXPECT_GT(std::stod(column(rows, "total_ms")[1]), 0);
@@ -162,13 +164,13 @@ TEST_F(RunCommand, AnInitialPoseMovesTheWholeResult) {
 }
 
 TEST_F(RunCommand, AConfigurationIsOverlaidByFileThenSettings) {
-  write_text(path("my.toml"), "[tracking]\nnormal_gate = 25.0\niterations = [1, 2]\n");
+  write_text(path("my.toml"), "[tracking]\nnormal_gate = 25.0\niterations = [1, 2]\nconverged_step = 0.0\n");
   const Outcome run = plumbline(
-      small_run(sequence(), output(), {"--config", path("my.toml"), "--set", "tracking.normal_gate=30", "--no-mesh"}));
+      small_run(sequence(), output(), {"--config", path("my.toml"), "--set", "tracking.normal_gate=35", "--no-mesh"}));
   ASSERT_EQ(run.exit_code, 0) << run.err;
   Parameters used;
   load_parameters(output() + "/config.toml", &used);
-  EXPECT_EQ(used.tracking.normal_gate, 30);
+  EXPECT_EQ(used.tracking.normal_gate, 35);
   EXPECT_EQ(used.tracking.iterations, (std::vector<int>{1, 2}));
   const auto rows = read_csv(output() + "/frames.csv");
   EXPECT_EQ(column(rows, "iterations_level2")[1], "1");
