@@ -70,6 +70,7 @@ PairOutcome AngularTest::run_pair(const eval::TurnedPair& pair, const SE3& first
 
 std::vector<std::optional<SE3>> true_poses(const Sequence& sequence, const Trajectory& truth, const std::string& path) {
   std::vector<std::optional<SE3>> poses;
+  poses.reserve(static_cast<std::size_t>(sequence.size()));
   for (int i = 0; i < sequence.size(); ++i) poses.push_back(eval::pose_at(truth, sequence.time(i)));
   if (std::none_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }))
     throw Error("no frame has a pose at its time", path, "Check that the trajectory belongs to this sequence.");

@@ -128,7 +128,7 @@ OrientationReading OrientationStream::extrapolate(std::size_t index, Nanoseconds
 }
 
 OrientationReading add_orientation(const OrientationStream& stream, Frame* frame) {
-  const OrientationReading reading = stream.lookup(frame->time);
+  OrientationReading reading = stream.lookup(frame->time);
   if (reading.status == OrientationStatus::ok) frame->earth_from_camera = reading.earth_from_camera;
   return reading;
 }
