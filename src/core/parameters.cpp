@@ -41,6 +41,7 @@ Parameters plumbline() {
   p.tracking.huber = 0.01;
   p.tracking.speed_sigma = 0.75;
   p.tracking.speed_memory = 0.3;
+  p.tracking.steady_turn = true;
   p.tracking.redundancy = 1000;
   p.orientation.seed = OrientationSeed::relative;
   p.orientation.term = OrientationTerm::anchor;

@@ -71,6 +71,7 @@ struct TrackingParameters {
   int converged_after = 0;
   double speed_sigma = 0;
   double speed_memory = 0;
+  bool steady_turn = false;
   double residual_sigma = 0.007;
   double redundancy = 1;
 };
@@ -170,6 +171,8 @@ void tracking_fields(P& p, Visitor&& v) {
   v("speed_memory", p.speed_memory, "s",
     "the velocity that was seen is expected to last about so long; 0: the camera is expected to stand still",
     Range{0, 1e3});
+  v("steady_turn", p.steady_turn, "",
+    "without a sensor ICP starts where the camera would be if it went on turning; else at the last pose", Range{});
   v("residual_sigma", p.residual_sigma, "m", "standard deviation of a point-to-plane residual, beside priors",
     Range{1e-5, 1});
   v("redundancy", p.redundancy, "1",

@@ -59,6 +59,7 @@ struct Pipeline::State {
   TrackingResult register_frame(const Frame& frame, FrameReport* report, FrameDiagnostics* diagnostics);
   TrackingResult register_from(const SE3& seed, const Frame& frame, bool with_orientation,
                                std::vector<IcpIteration>* trace) const;
+  SE3 expected_pose(const Frame& frame) const;
   void believe(const Frame& frame, const TrackingResult& tracking, const std::optional<TrackingResult>& witness);
   Image<std::uint8_t> explain(const TrackingResult& tracking) const;
   double seconds_since_last(const Frame& frame) const {
@@ -73,6 +74,7 @@ struct Pipeline::State {
   Volume volume;
   OrientationGuide guide;
   MotionModel motion;
+  SteadyTurn turn;
   SE3 world_from_camera;  ///< the last pose that was believed
   Nanoseconds time = 0;   ///< and its frame's
   SE3 world_from_model;
@@ -141,7 +143,8 @@ TrackingResult Pipeline::State::register_frame(const Frame& frame, FrameReport* 
 
   report->orientation = guide.use(frame.earth_from_camera);
   const bool aided = report->orientation == OrientationUse::used;
-  SE3 seed = aided ? guide.seed(world_from_camera, *frame.earth_from_camera) : world_from_camera;
+  const SE3 expected = expected_pose(frame);
+  SE3 seed = aided ? guide.seed(expected, *frame.earth_from_camera) : expected;
   std::vector<IcpIteration>* trace =
       diagnostics != nullptr && diagnostics->want_iterations ? &diagnostics->iterations : nullptr;
   result = register_from(seed, frame, aided, trace);
@@ -150,10 +153,10 @@ TrackingResult Pipeline::State::register_frame(const Frame& frame, FrameReport* 
   const bool doubted = probation < parameters.orientation.probation || result.status == TrackingStatus::lost;
   if (aided && guide.is_judged() && doubted) {
     ++probation;
-    witness = register_from(world_from_camera, frame, false, nullptr);
+    witness = register_from(expected, frame, false, nullptr);
     if (is_clearly_better(*witness, result)) {
       result = *witness;
-      seed = world_from_camera;
+      seed = expected;
       report->orientation = OrientationUse::dropped;
     } else if (!is_witness(*witness, result)) {
       witness.reset();
@@ -161,7 +164,10 @@ TrackingResult Pipeline::State::register_frame(const Frame& frame, FrameReport* 
   }
   report->seed_angle = angle_between(world_from_camera, seed);
   report->seed_to_result_angle = angle_between(seed, result.world_from_camera);
-  if (result.status == TrackingStatus::tracked) believe(frame, result, witness);
+  if (result.status == TrackingStatus::tracked)
+    believe(frame, result, witness);
+  else
+    turn.forget();
   return result;
 }
 
@@ -183,12 +189,21 @@ TrackingResult Pipeline::State::register_from(const SE3& seed, const Frame& fram
   return track(backend, live.pyramid(), model, input, parameters.tracking);
 }
 
+/// What to start from without a sensor.
+SE3 Pipeline::State::expected_pose(const Frame& frame) const {
+  if (!parameters.tracking.steady_turn) return world_from_camera;
+  return {turn.predict(world_from_camera.rotation(), seconds_since_last(frame)), world_from_camera.translation()};
+}
+
 /// `witness`: the registration whose rotation the sensor is judged by, if there is one.
 void Pipeline::State::believe(const Frame& frame, const TrackingResult& tracking,
                               const std::optional<TrackingResult>& witness) {
-  if (tracking.status == TrackingStatus::tracked)
+  if (tracking.status == TrackingStatus::tracked) {
+    const double seconds = seconds_since_last(frame);
     motion.observe(world_from_camera.translation(), tracking.world_from_camera.translation(),
-                   tracking.position_covariance, seconds_since_last(frame));
+                   tracking.position_covariance, seconds);
+    turn.observe(world_from_camera.rotation(), tracking.world_from_camera.rotation(), seconds);
+  }
   world_from_camera = tracking.world_from_camera;
   time = frame.time;
   std::optional<Eigen::Matrix3d> rotation;

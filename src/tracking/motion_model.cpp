@@ -20,4 +20,12 @@ void MotionModel::observe(const Eigen::Vector3d& last, const Eigen::Vector3d& po
   variance_ = covariance / (seconds * seconds);
 }
 
+Eigen::Matrix3d SteadyTurn::predict(const Eigen::Matrix3d& last, double seconds) const {
+  return last * so3::exp(seconds * rate_);
+}
+
+void SteadyTurn::observe(const Eigen::Matrix3d& last, const Eigen::Matrix3d& rotation, double seconds) {
+  rate_ = so3::log(last.transpose() * rotation) / seconds;
+}
+
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// How a hand moves: what is expected of the camera's position before the images are looked at.
+// How a hand moves: what is expected of the camera before the images are looked at.
 #pragma once
 
 #include "core/se3.h"
@@ -31,6 +31,22 @@ class MotionModel {
   double sigma_, memory_;
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d variance_;
+};
+
+/// A turn that goes on: from one tracked frame to the next a hand's angular rate changes less than the hand turns. Only
+/// a place to start from, never a term in the solve.
+class SteadyTurn {
+ public:
+  /// `seconds` after `last`, world_from_camera.
+  Eigen::Matrix3d predict(const Eigen::Matrix3d& last, double seconds) const;
+
+  /// A rotation that is believed, `seconds` after the last one.
+  void observe(const Eigen::Matrix3d& last, const Eigen::Matrix3d& rotation, double seconds);
+  /// After a lost frame nothing is expected to go on.
+  void forget() { rate_.setZero(); }
+
+ private:
+  Eigen::Vector3d rate_ = Eigen::Vector3d::Zero();  ///< radians per second, camera's axes
 };
 
 }  // namespace plumbline

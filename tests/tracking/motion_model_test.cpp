@@ -46,5 +46,18 @@ TEST(MotionModel, BeforeTheFirstFrameItStands) {
   EXPECT_EQ(MotionModel(0.75, 0.3).predict({1, 2, 3}, kFrame).mean, Vector3d(1, 2, 3));
 }
 
+TEST(SteadyTurn, GoesOnAtTheRateThatWasSeen) {
+  const Vector3d axis = Vector3d(1, -2, 0.5).normalized();
+  const Matrix3d first = so3::exp(Vector3d(0.3, 0.2, -1));
+  const auto turned = [&](double radians) -> Matrix3d { return first * so3::exp(radians * axis); };
+  SteadyTurn turn;
+  EXPECT_LT((turn.predict(first, kFrame) - first).norm(), 1e-12) << "nothing was seen yet";
+  turn.observe(first, turned(0.1), kFrame);
+  EXPECT_LT((turn.predict(turned(0.1), kFrame) - turned(0.2)).norm(), 1e-9);
+  EXPECT_LT((turn.predict(turned(0.1), 0.5 * kFrame) - turned(0.15)).norm(), 1e-9) << "frames may come unevenly";
+  turn.forget();
+  EXPECT_LT((turn.predict(turned(0.1), kFrame) - turned(0.1)).norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace plumbline
