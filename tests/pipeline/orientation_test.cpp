@@ -112,13 +112,26 @@ TEST(Orientation, AChipsErrorIsForgiven) {
   }
 }
 
-TEST(Orientation, WithoutASensorNothingChanges) {
-  const test::Run run = slow().run(small("plumbline"), none);
-  EXPECT_EQ(run.lost, 0);
-  EXPECT_LT(slow().ate(run), 0.01);
-  EXPECT_EQ(uses(run)[OrientationUse::missing], slow().size());
-  EXPECT_EQ(run.reports[5].seed_angle, 0);
-  EXPECT_GT(run.reports[5].seed_to_result_angle, 0.3 * kDegree);
+TEST(Orientation, WithoutASensorTheCameraIsExpectedToGoOnTurningOrToStay) {
+  Parameters staying = small("plumbline");
+  staying.tracking.steady_turn = false;
+  for (const Parameters& parameters : {small("plumbline"), staying}) {
+    const test::Run run = slow().run(parameters, none);
+    EXPECT_EQ(run.lost, 0);
+    EXPECT_LT(slow().ate(run), 0.01);
+    EXPECT_EQ(uses(run)[OrientationUse::missing], slow().size());
+    const FrameReport &fifth = run.reports[5], &last = run.reports[4];
+    const double turned =
+        so3::angle(last.world_from_camera.rotation().transpose() * fifth.world_from_camera.rotation());
+    EXPECT_GT(turned, 0.3 * kDegree);
+    if (parameters.tracking.steady_turn) {
+      EXPECT_NEAR(fifth.seed_angle, turned, 0.3 * turned);
+      EXPECT_LT(fifth.seed_to_result_angle, turned) << "nearer than the last pose";
+    } else {
+      EXPECT_EQ(fifth.seed_angle, 0);
+      EXPECT_NEAR(fifth.seed_to_result_angle, turned, 1e-9);
+    }
+  }
 }
 
 TEST(Orientation, TheBaselineDoesNotLookAtIt) {
