@@ -3,17 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <string>
 
 namespace plumbline::test {
 
 /// $PLUMBLINE_DATA, or ../shared/data beside the checkout.
-inline std::filesystem::path data_root() {
-  if (const char* root = std::getenv("PLUMBLINE_DATA")) return root;
-  return std::filesystem::path(PLUMBLINE_SOURCE_DIR) / ".." / "shared" / "data";
-}
+std::filesystem::path data_root();
 
 /// A folder or file of the data set, or a skipped test.
 #define PLUMBLINE_DATA_OR_SKIP(variable, relative)                                  \
