@@ -1,11 +1,20 @@
 #include "backend/backend.h"
 
 #include "backend/cpu/cpu.h"
+#include "backend/cuda/cuda.h"
 #include "core/error.h"
 
 namespace plumbline {
 
 Backend::~Backend() = default;
+
+void Backend::upload_rows(void* device, std::size_t device_pitch, const void* host, std::size_t host_pitch,
+                          std::size_t row_bytes, int rows) const {
+  for (int row = 0; row < rows; ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    upload(static_cast<char*>(device) + r * device_pitch, static_cast<const char*>(host) + r * host_pitch, row_bytes);
+  }
+}
 
 Matrix6d IcpSums::hessian() const {
   Matrix6d h;
@@ -39,6 +48,7 @@ double IcpSums::median_distance() const {
 
 std::unique_ptr<Backend> make_backend(const std::string& name, int threads) {
   if (name == "auto" || name == "cpu") return make_cpu_backend(threads);
+  if (name == "cuda" && cuda_info().available) return make_cuda_backend();
   std::string known;
   for (const BackendInfo& backend : list_backends()) {
     known += (known.empty() ? "" : ", ") + backend.name;
@@ -48,8 +58,6 @@ std::unique_ptr<Backend> make_backend(const std::string& name, int threads) {
   throw Error("there is no such backend", "--backend " + name, "choose auto or one of: " + known);
 }
 
-std::vector<BackendInfo> list_backends() {
-  return {{"cpu", true, cpu_description()}, {"cuda", false, "this program was built without the CUDA backend"}};
-}
+std::vector<BackendInfo> list_backends() { return {{"cpu", true, cpu_description()}, cuda_info()}; }
 
 }  // namespace plumbline

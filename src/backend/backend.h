@@ -53,6 +53,9 @@ class Backend {
   virtual Buffer allocate(std::size_t bytes) const = 0;
   /// Copies to and from that memory.
   virtual void upload(void* device, const void* host, std::size_t bytes) const = 0;
+  /// The same for `rows` rows that lie a pitch apart, in bytes.
+  virtual void upload_rows(void* device, std::size_t device_pitch, const void* host, std::size_t host_pitch,
+                           std::size_t row_bytes, int rows) const;
   virtual void download(void* host, const void* device, std::size_t bytes) const = 0;
   virtual void clear(void* device, std::size_t bytes) const = 0;
 
@@ -98,8 +101,8 @@ struct BackendInfo {
   std::string description;  ///< what it is, or why it is not available
 };
 
-/// "auto" (the fastest there is), "cpu", or "cuda". `threads` of 0 takes all of the machine's; other backends ignore
-/// it. Throws Error for a name that is unknown or not available here.
+/// "auto" (what is known to work: the CPU), "cpu", or "cuda". `threads` of 0 takes all of the machine's; other backends
+/// ignore it. Throws Error for a name that is unknown or not available here.
 std::unique_ptr<Backend> make_backend(const std::string& name = "auto", int threads = 0);
 std::vector<BackendInfo> list_backends();
 

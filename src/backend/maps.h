@@ -48,8 +48,9 @@ Image<T> download(const Backend& backend, const Plane<T>& plane) {
 template <class T>
 void upload(const Backend& backend, const Image<T>& image, Plane<T>& plane) {
   const PlaneView<T> view = plane.view();
-  for (int y = 0; y < view.height; ++y)
-    backend.upload(view.row(y), image.row(y), sizeof(T) * static_cast<std::size_t>(view.width));
+  const std::size_t row_bytes = sizeof(T) * static_cast<std::size_t>(view.width);
+  backend.upload_rows(view.data, sizeof(T) * static_cast<std::size_t>(view.stride), image.row(0), row_bytes, row_bytes,
+                      view.height);
 }
 
 /// The registration kernel's input for one level of a live and a predicted pyramid; the gates are left to the caller.

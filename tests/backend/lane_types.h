@@ -1,5 +1,5 @@
-// The CPU backend on every lane type that this machine has: each compiled instruction set, and "scalar", the plain
-// `float` lane that a GPU thread runs too and that no vector code stands between.
+// Every backend and lane type that this machine has: each compiled instruction set of the CPU, "scalar", the plain
+// `float` lane that a GPU thread runs too and that no vector code stands between, and "cuda" where there is a device.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "backend/cpu/cpu.h"
+#include "backend/cuda/cuda.h"
 
 namespace plumbline::cpu {
 /// lanes.cpp compiled for PLUMBLINE_LANE=float; see CMakeLists.txt.
@@ -22,11 +23,13 @@ namespace plumbline::test {
 inline std::vector<std::string> lane_types() {
   std::vector<std::string> result = cpu_instruction_sets();
   result.emplace_back("scalar");
+  if (cuda_info().available) result.emplace_back("cuda");
   return result;
 }
 
 inline std::unique_ptr<Backend> make_lanes(const std::string& lane_type, int threads = 1) {
   if (lane_type == "scalar") return std::unique_ptr<Backend>(cpu::make_lanes_scalar(threads, "scalar"));
+  if (lane_type == "cuda") return make_cuda_backend(CudaMemory::managed);  // tests look into its memory
   return make_cpu_backend(threads, lane_type);
 }
 

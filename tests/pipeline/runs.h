@@ -21,8 +21,8 @@ struct Run {
 /// Frames 0 … count − 1 from `frame`, through a pipeline of its own.
 inline Run run_pipeline(const Parameters& parameters, const Pinhole& camera, int count,
                         const std::function<Frame(int)>& frame, int threads = 0, const SE3& initial_pose = SE3(),
-                        bool with_color = false) {
-  const auto backend = make_backend("cpu", threads);
+                        bool with_color = false, const std::string& backend_name = "cpu") {
+  const auto backend = make_backend(backend_name, threads);
   Pipeline pipeline(parameters, camera, *backend, initial_pose, with_color);
   Run run;
   for (int i = 0; i < count; ++i) {

@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# On a machine with a GPU: what the CUDA backend does, in one call.
+#   bench/gpu.sh BUILD [SEQUENCE]     BUILD: a release build's folder, SEQUENCE: a TUM folder to time whole runs on
+# Runs every test of the stages and of the pipeline on the device, the memory and race checks, and times both backends.
+set -euo pipefail
+build=${1:?usage: bench/gpu.sh BUILD [SEQUENCE]} sequence=${2:-}
+nvidia-smi --query-gpu=name,driver_version --format=csv,noheader
+"$build/plumbline" backends
+"$build/tests/backend/test_backend" --gtest_brief=1 --gtest_filter='*cuda*'
+"$build/tests/pipeline/test_pipeline" --gtest_brief=1 --gtest_filter='*Cuda*'
+if command -v compute-sanitizer >/dev/null; then
+  for tool in memcheck racecheck; do
+    compute-sanitizer --tool $tool --error-exitcode 1 "$build/tests/backend/test_backend" --gtest_brief=1 --gtest_filter='*cuda*'
+  done
+else
+  echo "gpu.sh: no compute-sanitizer here; memory and races are not checked" >&2
+fi
+[[ -n $sequence ]] || exit 0
+out=$(mktemp -d)
+trap 'rm -rf "$out"' EXIT
+for preset in kinectfusion plumbline; do
+  for backend in cpu cuda; do
+    echo "== $preset on $backend"
+    "$build/plumbline" run "$sequence" --preset $preset --backend $backend -o "$out/$preset-$backend"
+  done
+done

@@ -1,0 +1,310 @@
+#include "backend/cuda/cuda.h"
+
+#include <cuda_runtime.h>
+#include <thrust/iterator/counting_iterator.h>
+
+#include <cub/device/device_reduce.cuh>
+#include <cub/device/device_scan.cuh>
+#include <cub/device/device_select.cuh>
+#include <cuda/std/functional>
+#include <limits>
+#include <new>
+
+#include "backend/cuda/launch.cuh"
+#include "core/error.h"
+
+namespace plumbline {
+namespace cuda {
+namespace {
+
+void check(cudaError_t status, const char* what) {
+  if (status == cudaSuccess) return;
+  if (status == cudaErrorMemoryAllocation) throw std::bad_alloc();
+  throw Error(std::string(what) + " failed: " + cudaGetErrorString(status), "cuda",
+              "try again with --backend cpu; if that works, please report this");
+}
+
+/// Memory of the host that the device can write, and that copies need not stage.
+template <class T>
+class Pinned {
+ public:
+  explicit Pinned(std::size_t count) {
+    void* address = nullptr;
+    check(cudaMallocHost(&address, count * sizeof(T)), "cudaMallocHost");
+    data_ = static_cast<T*>(address);
+  }
+  ~Pinned() { cudaFreeHost(data_); }
+  Pinned(const Pinned&) = delete;
+  Pinned& operator=(const Pinned&) = delete;
+  T* get() const { return data_; }
+
+ private:
+  T* data_ = nullptr;
+};
+
+class Stream {
+ public:
+  Stream() { check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate"); }
+  ~Stream() { cudaStreamDestroy(stream_); }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  operator cudaStream_t() const { return stream_; }
+  void wait() const { check(cudaStreamSynchronize(stream_), "waiting for the device"); }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+/// Device memory that grows to what is asked for and keeps no content.
+class Scratch {
+ public:
+  ~Scratch() { cudaFree(data_); }
+  template <class T>
+  T* get(std::size_t count) {
+    const std::size_t bytes = count * sizeof(T);
+    if (bytes > bytes_) {
+      cudaFree(data_);  // waits until nothing uses it
+      data_ = nullptr;
+      bytes_ = 0;
+      check(cudaMalloc(&data_, bytes), "cudaMalloc");
+      bytes_ = bytes;
+    }
+    return static_cast<T*>(data_);
+  }
+
+ private:
+  void* data_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+struct ToLong {
+  __host__ __device__ std::int64_t operator()(std::int32_t value) const { return value; }
+};
+
+class CudaBackend final : public Backend {
+ public:
+  explicit CudaBackend(CudaMemory memory) : memory_(memory) {
+    cudaDeviceProp properties;
+    check(cudaGetDeviceProperties(&properties, 0), "cudaGetDeviceProperties");
+    description_ = std::string("cuda (") + properties.name + ")";
+  }
+
+  std::string name() const override { return "cuda"; }
+  std::string description() const override { return description_; }
+
+  Buffer allocate(std::size_t bytes) const override;
+  void upload(void* device, const void* host, std::size_t bytes) const override {
+    if (bytes == 0) return;
+    check(cudaMemcpyAsync(device, host, bytes, cudaMemcpyHostToDevice, stream_), "upload");
+    stream_.wait();  // the caller may change its memory at once
+  }
+  void upload_rows(void* device, std::size_t device_pitch, const void* host, std::size_t host_pitch,
+                   std::size_t row_bytes, int rows) const override {
+    check(cudaMemcpy2DAsync(device, device_pitch, host, host_pitch, row_bytes, static_cast<std::size_t>(rows),
+                            cudaMemcpyHostToDevice, stream_),
+          "upload");
+    stream_.wait();
+  }
+  void download(void* host, const void* device, std::size_t bytes) const override {
+    if (bytes == 0) return;
+    check(cudaMemcpyAsync(host, device, bytes, cudaMemcpyDeviceToHost, stream_), "download");
+    stream_.wait();
+  }
+  void clear(void* device, std::size_t bytes) const override {
+    check(cudaMemsetAsync(device, 0, bytes, stream_), "clear");
+    launched("clear");
+  }
+
+  void run(const kernels::ToMetres& k) const override { on(k.depth, k, "ToMetres"); }
+  void run(const kernels::BilateralFilter& k) const override { on(k.out, k, "BilateralFilter"); }
+  void run(const kernels::DecimateDepth& k) const override { on(k.coarse, k, "DecimateDepth"); }
+  void run(const kernels::PlaneNormals& k) const override { on(k.depth, k, "PlaneNormals"); }
+  void run(const kernels::IntegralInput& k) const override { on(k.depth, k, "IntegralInput"); }
+  void run(const kernels::IntegralNormals& k) const override { on(k.depth, k, "IntegralNormals"); }
+  void integral_image(const PlaneView<std::int32_t>& plane) const override;
+
+  IcpSums reduce(const kernels::IcpReduce& kernel) const override;
+  void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
+  void run(const kernels::ExplainPixels& k) const override { on(k.use, k, "ExplainPixels"); }
+
+  void run(const kernels::DepthRangeBase& k, int rows) const override { pixels(k.stride, rows, k, "DepthRangeBase"); }
+  void run(const kernels::DepthRangeCoarser& k, int columns, int rows) const override {
+    pixels(columns, rows, k, "DepthRangeCoarser");
+  }
+  void run(const kernels::MarkBricks& k) const override {
+    pixels(k.volume.bricks, k.volume.bricks * k.volume.bricks, k, "MarkBricks");
+  }
+  int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;
+  void run(const kernels::Integrate& k, const std::int32_t* list, int count) const override {
+    if (count == 0) return;
+    for_each_brick<<<static_cast<unsigned>(count), kernels::kBrickVoxels, 0, stream_>>>(k, list);
+    launched("Integrate");
+  }
+
+  void run(const kernels::Raycast& k) const override { on(k.depth, k, "Raycast"); }
+  void run(const kernels::DecimateModel& k) const override { on(k.coarse_depth, k, "DecimateModel"); }
+
+  void run(const kernels::CountBrick& k, int count) const override { entries(k, count, "CountBrick"); }
+  std::int64_t scan(std::int32_t* values, int count) const override;
+  void run(const kernels::WriteBrick& k, int count) const override { entries(k, count, "WriteBrick"); }
+
+ private:
+  static constexpr int kMaxBins = 8192;
+
+  void launched(const char* what) const {
+    check(cudaGetLastError(), what);
+    if (memory_ == CudaMemory::managed) stream_.wait();
+  }
+  template <class T, class Kernel>
+  void on(const PlaneView<T>& plane, const Kernel& kernel, const char* what) const {
+    pixels(plane.width, plane.height, kernel, what);
+  }
+  template <class Kernel>
+  void pixels(int width, int height, const Kernel& kernel, const char* what) const {
+    const dim3 blocks(static_cast<unsigned>(divide_up(width, kTileColumns)),
+                      static_cast<unsigned>(divide_up(height, kTileRows)));
+    for_each<<<blocks, dim3(kTileColumns, kTileRows), 0, stream_>>>(kernel, width, height);
+    launched(what);
+  }
+  template <class Kernel>
+  void entries(const Kernel& kernel, int count, const char* what) const {
+    constexpr int kThreads = 64;
+    if (count == 0) return;
+    for_each_entry<<<static_cast<unsigned>(divide_up(count, kThreads)), kThreads, 0, stream_>>>(kernel, count);
+    launched(what);
+  }
+  template <class Kernel>
+  void reduce_pixels(const Kernel& kernel, int bins) const;
+  /// Runs one of CUB's algorithms: asks for its memory first, as they all want it.
+  template <class Algorithm>
+  void with_memory(const char* what, const Algorithm& algorithm) const {
+    std::size_t bytes = 0;
+    check(algorithm(nullptr, bytes), what);
+    void* memory = cub_.get<std::byte>(bytes);
+    check(algorithm(memory, bytes), what);
+  }
+
+  CudaMemory memory_;
+  std::string description_;
+  Stream stream_;
+  // What the stages need between two launches; a backend is used by one thread at a time.
+  mutable Scratch cub_, partial_, histogram_;
+  mutable bool histogram_is_clear_ = false;
+  Pinned<double> sums_{kernels::icp_sum::kCount};
+  Pinned<std::int32_t> counts_{kMaxBins};
+  Pinned<std::int64_t> total_{1};
+};
+
+Buffer CudaBackend::allocate(std::size_t bytes) const {
+  void* address = nullptr;
+  if (memory_ == CudaMemory::managed)
+    check(cudaMallocManaged(&address, bytes), "cudaMallocManaged");
+  else
+    check(cudaMalloc(&address, bytes), "cudaMalloc");
+  Buffer buffer(address, [](void* p) { cudaFree(p); });
+  clear(address, bytes);
+  return buffer;
+}
+
+void CudaBackend::integral_image(const PlaneView<std::int32_t>& plane) const {
+  auto* data = reinterpret_cast<std::uint32_t*>(plane.data);
+  scan_rows<<<static_cast<unsigned>(plane.height), kScanThreads, 0, stream_>>>(data, plane.width, plane.stride);
+  launched("integral image, rows");
+  scan_columns<<<static_cast<unsigned>(divide_up(plane.width, kWarp)), kWarp, 0, stream_>>>(data, plane.width,
+                                                                                            plane.height, plane.stride);
+  launched("integral image, columns");
+}
+
+/// Leaves the sums in sums_ and the counts in counts_, and waits for them.
+template <class Kernel>
+void CudaBackend::reduce_pixels(const Kernel& kernel, int bins) const {
+  constexpr int kSlots = kernels::icp_sum::kCount;
+  const int width = kernel.in.live_depth.width, count = width * kernel.in.live_depth.height;
+  const int blocks = divide_up(count, kReducePixels);
+  auto* partial = partial_.get<double>(static_cast<std::size_t>(blocks) * kSlots);
+  auto* histogram = histogram_.get<std::int32_t>(kMaxBins);
+  if (!histogram_is_clear_) check(cudaMemsetAsync(histogram, 0, kMaxBins * sizeof(std::int32_t), stream_), "clear");
+  histogram_is_clear_ = true;
+  cuda::reduce<kSlots>
+      <<<static_cast<unsigned>(blocks), kReduceThreads, sizeof(std::int32_t) * static_cast<std::size_t>(bins),
+         stream_>>>(kernel, width, count, partial, histogram, bins);
+  fold<kSlots><<<1, kSlots * kWarp, 0, stream_>>>(partial, blocks, histogram, bins, sums_.get(), counts_.get());
+  check(cudaGetLastError(), "registration");
+  stream_.wait();
+}
+
+IcpSums CudaBackend::reduce(const kernels::IcpReduce& kernel) const {
+  // One bin more counts what lies beyond the range; one more still what is no pair, which nobody asks for.
+  const int bins = kernel.in.bins;
+  if (bins + 2 > kMaxBins)
+    throw Error("the distance distribution has " + std::to_string(bins) + " bins", "tracking.histogram_bins",
+                "the cuda backend takes at most " + std::to_string(kMaxBins - 2));
+  reduce_pixels(kernel, bins + 2);
+  IcpSums sums;
+  std::copy(sums_.get(), sums_.get() + kernels::icp_sum::kCount, sums.slots);
+  sums.histogram.assign(counts_.get(), counts_.get() + bins + 1);
+  if (bins > 0) sums.bin_width = 1.0 / static_cast<double>(kernel.in.bins_per_metre);
+  return sums;
+}
+
+void CudaBackend::correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const {
+  reduce_pixels(kernel, 0);
+  for (int slot = 0; slot < kernels::icp_sum::kCount; ++slot) sums->slots[slot] += sums_.get()[slot];
+}
+
+int CudaBackend::compact(const std::int32_t* flags, int count, std::int32_t* list) const {
+  if (count == 0) return 0;
+  const thrust::counting_iterator<std::int32_t> indices(0);
+  with_memory("compact", [&](void* memory, std::size_t& bytes) {
+    return cub::DeviceSelect::Flagged(memory, bytes, indices, flags, list, total_.get(), count, stream_);
+  });
+  stream_.wait();
+  return static_cast<int>(*total_.get());
+}
+
+std::int64_t CudaBackend::scan(std::int32_t* values, int count) const {
+  if (count == 0) return 0;
+  with_memory("sum", [&](void* memory, std::size_t& bytes) {
+    return cub::DeviceReduce::TransformReduce(memory, bytes, values, total_.get(), count, ::cuda::std::plus<>{},
+                                              ToLong{}, std::int64_t{0}, stream_);
+  });
+  with_memory("scan", [&](void* memory, std::size_t& bytes) {
+    return cub::DeviceScan::ExclusiveSum(memory, bytes, values, values, count, stream_);
+  });
+  stream_.wait();
+  if (*total_.get() > std::numeric_limits<std::int32_t>::max())
+    throw Error("the surface has more elements than 32 bits can count", "mesh", "lower volume.resolution");
+  return *total_.get();
+}
+
+/// Empty if there is a device, or why there is none.
+std::string why_unavailable() {
+  int devices = 0;
+  const cudaError_t status = cudaGetDeviceCount(&devices);
+  if (status != cudaSuccess) {
+    cudaGetLastError();  // the error is told here and must not stick
+    int driver = 0;
+    if (cudaDriverGetVersion(&driver) == cudaSuccess && driver == 0) return "no CUDA device: there is no NVIDIA driver";
+    return std::string("no CUDA device: ") + cudaGetErrorString(status);
+  }
+  return devices == 0 ? "no CUDA device" : "";
+}
+
+}  // namespace
+}  // namespace cuda
+
+std::unique_ptr<Backend> make_cuda_backend(CudaMemory memory) {
+  const std::string reason = cuda::why_unavailable();
+  if (!reason.empty()) throw Error(reason, "cuda", "use --backend cpu");
+  return std::make_unique<cuda::CudaBackend>(memory);
+}
+
+BackendInfo cuda_info() {
+  const std::string reason = cuda::why_unavailable();
+  if (!reason.empty()) return {"cuda", false, reason};
+  cudaDeviceProp properties;
+  if (cudaGetDeviceProperties(&properties, 0) != cudaSuccess) return {"cuda", false, "the CUDA device does not answer"};
+  return {"cuda", true, properties.name};
+}
+
+}  // namespace plumbline
