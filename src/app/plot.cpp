@@ -170,7 +170,7 @@ std::string panel_text(const Panel& panel, std::size_t index, const std::string&
     if (std::all_of(points.begin(), points.end(), [](const Point& p) { return std::isnan(p.y); })) continue;
     const std::string name = fmt::format("d{}_{}", index, i);
     data += data_block(name, points, shift);
-    const std::string color = series.color.empty() ? kPalette[i % kPalette.size()] : series.color;
+    const std::string color = series.color.empty() ? plot_color(i) : series.color;
     curves +=
         fmt::format("{}${} {} {}", drawn++ > 0 ? ", \\\n  " : "plot ", name, style_text(series, bars.width, color),
                     series.name.empty() ? "notitle" : "title " + quoted(series.name));
@@ -302,6 +302,8 @@ void write_whole(const std::string& path, const std::string& bytes) {
 }
 
 }  // namespace
+
+std::string plot_color(std::size_t index) { return kPalette[index % kPalette.size()]; }
 
 void check_plot(const std::string& path) {
   check_ending(path);

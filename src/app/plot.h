@@ -1,6 +1,7 @@
 // Plots as files, drawn by gnuplot: SVG for papers and pages, PNG for the rest.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,10 +14,10 @@ namespace plumbline::app {
 enum class Mark { line, dashed, points, line_points, steps, bars };
 
 struct Series {
-  std::string name;  ///< in the key; empty = not there
+  std::string name = {};  ///< in the key; empty = not there
   /// As many of both. A value that is not finite (or not positive on a log axis) is left out and breaks the line, so
   /// that one series can hold many separate strokes.
-  std::vector<double> x, y;
+  std::vector<double> x = {}, y = {};
   Mark mark = Mark::line;
   std::string color = {};  ///< "#rrggbb"; empty = the next of the palette
   double width = 1.5;      ///< of the line, or the size of the points; pixels
@@ -38,13 +39,16 @@ struct Panel {
 
 struct Plot {
   std::string title = {};
-  std::vector<Panel> panels;                  ///< row by row
+  std::vector<Panel> panels = {};             ///< row by row
   int columns = 1;                            ///< of panels
   int panel_width = 720, panel_height = 360;  ///< pixels of the SVG; a PNG has twice as many
 };
 
 /// Series of more points are thinned to about so many: of each run of points the least and the greatest y stay.
 constexpr std::size_t kMostPlotPoints = 8000;
+
+/// "#rrggbb" of the palette, which begins again after its last.
+std::string plot_color(std::size_t index);
 
 /// Throws Error if `path` does not end in .svg or .png, or there is no gnuplot: before a long run, not after it.
 void check_plot(const std::string& path);
