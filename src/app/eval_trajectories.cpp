@@ -16,6 +16,7 @@
 #include "app/arguments.h"
 #include "app/console.h"
 #include "app/plot.h"
+#include "app/short_names.h"
 #include "app/trajectory_plots.h"
 #include "core/error.h"
 #include "core/time.h"
@@ -79,23 +80,6 @@ std::vector<Loaded> load(const std::vector<std::string>& paths) {
     }
   });
   return files;
-}
-
-/// What tells the paths from each other: without the folders, and the file name, that all share.
-std::vector<std::string> short_names(std::vector<std::string> paths) {
-  if (paths.size() < 2) return paths;
-  const auto shared = [&](auto&& end) { return std::all_of(paths.begin(), paths.end(), end); };
-  for (std::size_t slash; (slash = paths[0].find('/')) != std::string::npos;) {
-    const std::string head = paths[0].substr(0, slash + 1);
-    if (!shared([&](const std::string& path) { return path.starts_with(head); })) break;
-    for (std::string& path : paths) path.erase(0, head.size());
-  }
-  if (const std::size_t slash = paths[0].rfind('/'); slash != std::string::npos) {
-    const std::string tail = paths[0].substr(slash);
-    if (shared([&](const std::string& path) { return path.ends_with(tail) && path.size() > tail.size(); }))
-      for (std::string& path : paths) path.erase(path.size() - tail.size());
-  }
-  return paths;
 }
 
 /// Reads all files and evaluates each estimate. One that fails is told at the end; the others go on.

@@ -26,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
+constexpr double kHuge = std::numeric_limits<double>::infinity();
 
 /// Distinct in print and for colour-blind eyes (after Okabe and Ito).
 constexpr std::array<const char*, 7> kPalette = {"#2a78c4", "#d55e00", "#2e9e6b", "#b8519c",
@@ -150,6 +151,33 @@ std::string axis_text(const char* name, const Axis& axis, const char* low, const
   return text;
 }
 
+/// The panel with both axes as long as its map and its shape ask for: gnuplot alone would make it narrow, with its
+/// ticks crowded.
+Panel fitted_map(Panel panel, double width_per_height) {
+  const bool fixed = panel.x.low || panel.x.high || panel.y.low || panel.y.high;
+  double low[2] = {kHuge, kHuge}, high[2] = {-kHuge, -kHuge};
+  for (const Series& series : panel.series) {
+    for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
+      const double p[2] = {series.x[i], series.y[i]};
+      if (!std::isfinite(p[0]) || !std::isfinite(p[1])) continue;
+      for (int axis = 0; axis < 2; ++axis) {
+        low[axis] = std::min(low[axis], p[axis]);
+        high[axis] = std::max(high[axis], p[axis]);
+      }
+    }
+  }
+  if (fixed || high[0] < low[0]) return panel;
+  constexpr double kMargin = 1.05;
+  const double height = kMargin * std::max({high[1] - low[1], (high[0] - low[0]) / width_per_height, 1e-6});
+  const double size[2] = {height * width_per_height, height};
+  Axis* const axes[2] = {&panel.x, &panel.y};
+  for (int axis = 0; axis < 2; ++axis) {
+    axes[axis]->low = (low[axis] + high[axis] - size[axis]) / 2;
+    axes[axis]->high = (low[axis] + high[axis] + size[axis]) / 2;
+  }
+  return panel;
+}
+
 constexpr const char* kPanelLook =
     "reset\nset encoding utf8\nset border 3 lc rgb '#444444'\nset tics nomirror out scale 0.5\n"
     "set grid back lt 1 dt solid lw 0.5 lc rgb '#dddddd'\n"
@@ -207,7 +235,12 @@ std::string body_text(const Plot& plot, const std::string& path, int rows) {
   text += fmt::format("set multiplot layout {},{}", rows, plot.columns);
   if (!plot.title.empty()) text += fmt::format(" title {} noenhanced", quoted(plot.title));
   text += "\n";
-  for (std::size_t i = 0; i < plot.panels.size(); ++i) text += panel_text(plot.panels[i], i, path);
+  // What labels and key leave of a panel, about.
+  const double shape = (plot.panel_width - 90.0) / std::max(1.0, plot.panel_height - 90.0);
+  for (std::size_t i = 0; i < plot.panels.size(); ++i) {
+    const Panel& panel = plot.panels[i];
+    text += panel_text(panel.equal_scale ? fitted_map(panel, shape) : panel, i, path);
+  }
   return text + "unset multiplot\n";
 }
 
