@@ -102,7 +102,7 @@ class Run:
             figures = call("eval", error, str(self.truth), str(self.folder / trajectory), "--json")
         except Failure:
             return None
-        return json.loads(figures)["translation_m"]["rmse"]
+        return json.loads(figures)["estimates"][0]["translation_m"]["rmse"]
 
     def write_all_frames(self):
         """A trajectory of all frames, a lost one with the last pose that was believed: trajectory.txt leaves lost

@@ -54,6 +54,12 @@ std::string table_row(const AngleResult& result) {
                      any ? fmt::format("{:.3f}", kDegrees * s.median_rotation) : "–");
 }
 
+PaperAngles paper_angles() {
+  return {{kPaperAngles.begin(), kPaperAngles.end()},
+          {kPaperOriginal.begin(), kPaperOriginal.end()},
+          {kPaperImu.begin(), kPaperImu.end()}};
+}
+
 std::vector<std::string> paper_rows() {
   return {"failure % in the paper (Giancola et al. 2018):", cells("angle", kPaperAngles),
           cells("original", kPaperOriginal), cells("with IMU", kPaperImu)};

@@ -23,6 +23,11 @@ struct AngularReport {
 
 std::string table_header();
 std::string table_row(const AngleResult& result);
+/// Failures in % of the pairs in Giancola, Schneider, Wonka, Ghanem 2018, one an angle (degrees).
+struct PaperAngles {
+  std::vector<double> angles, original, imu;
+};
+PaperAngles paper_angles();
 /// The paper's figures, to compare with.
 std::vector<std::string> paper_rows();
 

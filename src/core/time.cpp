@@ -12,11 +12,27 @@ constexpr std::array<std::int64_t, 10> kPowersOfTen = {1,       10,        100, 
                                                        100'000, 1'000'000, 10'000'000, 100'000'000, 1'000'000'000};
 constexpr std::int64_t kMaxSeconds = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerSecond - 1;
 
-std::optional<std::int64_t> parse_integer(std::string_view digits) {
+/// Takes the digits at the front of `text`; empty if their value is beyond any time.
+std::optional<std::int64_t> take_integer(std::string_view* text) {
   std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
+  while (!text->empty() && text->front() >= '0' && text->front() <= '9') {
+    value = 10 * value + (text->front() - '0');
+    if (value > kMaxSeconds) return std::nullopt;
+    text->remove_prefix(1);
+  }
   return value;
+}
+
+/// Takes the digits after the point, as nanoseconds; those past the ninth round it.
+std::int64_t take_fraction(std::string_view* text) {
+  std::int64_t value = 0;
+  std::size_t count = 0;
+  for (; !text->empty() && text->front() >= '0' && text->front() <= '9'; ++count, text->remove_prefix(1)) {
+    const int digit = text->front() - '0';
+    if (count < 9) value = 10 * value + digit;
+    if (count == 9 && digit >= 5) ++value;
+  }
+  return count < 9 ? value * kPowersOfTen[9 - count] : value;
 }
 
 std::optional<Nanoseconds> parse_scientific(std::string_view text) {
@@ -30,25 +46,18 @@ std::optional<Nanoseconds> parse_scientific(std::string_view text) {
 }  // namespace
 
 std::optional<Nanoseconds> parse_seconds(std::string_view text) {
-  if (text.empty()) return std::nullopt;
-  if (text.find_first_not_of("+-0123456789.") != std::string_view::npos) return parse_scientific(text);
-  const bool negative = text.front() == '-';
-  if (negative || text.front() == '+') text.remove_prefix(1);
-  const std::size_t point = text.find('.');
-  const std::string_view whole = text.substr(0, point);
-  const std::string_view decimals = point == std::string_view::npos ? "" : text.substr(point + 1);
-  if (whole.empty() && decimals.empty()) return std::nullopt;
-  if (whole.find_first_of("+-") != std::string_view::npos) return std::nullopt;
-
-  const auto seconds = whole.empty() ? std::optional<std::int64_t>(0) : parse_integer(whole);
-  if (!seconds || *seconds > kMaxSeconds) return std::nullopt;
+  std::string_view rest = text;
+  const bool negative = rest.starts_with('-');
+  if (negative || rest.starts_with('+')) rest.remove_prefix(1);
+  if (rest.empty() || rest == ".") return std::nullopt;
+  const auto seconds = take_integer(&rest);
+  if (!seconds) return std::nullopt;
   std::int64_t fraction = 0;
-  if (!decimals.empty()) {
-    if (decimals.find_first_not_of("0123456789") != std::string_view::npos) return std::nullopt;
-    const std::string_view kept = decimals.substr(0, 9);
-    fraction = *parse_integer(kept) * kPowersOfTen[9 - kept.size()];
-    if (decimals.size() > 9 && decimals[9] >= '5') ++fraction;
+  if (rest.starts_with('.')) {
+    rest.remove_prefix(1);
+    fraction = take_fraction(&rest);
   }
+  if (!rest.empty()) return parse_scientific(text);
   const Nanoseconds t = *seconds * kNanosecondsPerSecond + fraction;
   return negative ? -t : t;
 }

@@ -3,10 +3,13 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <utility>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
+#include "io/text_file.h"
 
 namespace plumbline {
 
@@ -18,6 +21,58 @@ std::string csv_field(std::string_view value) {
     quoted += c;
   }
   return quoted + '"';
+}
+
+namespace {
+
+std::vector<std::string> csv_fields(std::string_view line) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"') {
+      fields.back() += '"';
+      ++i;
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      fields.emplace_back();
+    } else {
+      fields.back() += c;
+    }
+  }
+  return fields;
+}
+
+}  // namespace
+
+std::size_t CsvTable::column(std::string_view name) const {
+  const auto found = std::find(columns.begin(), columns.end(), name);
+  if (found == columns.end())
+    throw Error("has no column '" + std::string(name) + "'", path, "give a table of the kind that is needed");
+  return static_cast<std::size_t>(found - columns.begin());
+}
+
+CsvTable read_csv(const std::string& path) {
+  const TextFile file(path);
+  CsvTable table{.path = path, .columns = {}, .rows = {}};
+  for (const TextLine& line : file.lines()) {
+    std::vector<std::string> fields = csv_fields(line.text);
+    if (table.columns.empty()) {
+      table.columns = std::move(fields);
+      continue;
+    }
+    if (fields.size() != table.columns.size()) {
+      // The table of a run that was killed may end within a row.
+      if (is_half_written(line, fields.size() < table.columns.size())) break;
+      file.fail(line,
+                std::to_string(fields.size()) + " fields where the heading has " + std::to_string(table.columns.size()),
+                "give one field for each column");
+    }
+    table.rows.push_back(std::move(fields));
+  }
+  if (table.columns.empty()) throw Error("is empty", path, "give a table with a heading");
+  return table;
 }
 
 CsvWriter::CsvWriter(const std::string& path, const std::vector<std::string>& columns)

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -60,6 +61,7 @@ TextFile::TextFile(const std::string& path)
     : path_(path), content_(std::make_shared<const std::string>(read_file(path))) {
   std::string_view rest = *content_;
   if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
+  lines_.reserve(static_cast<std::size_t>(std::count(rest.begin(), rest.end(), '\n')) + 1);
   for (int number = 1; !rest.empty(); ++number) {
     const std::size_t end = rest.find('\n');
     const std::string_view text = trim(rest.substr(0, end));
@@ -76,21 +78,28 @@ void TextFile::fail(const TextLine& line, const std::string& what, const std::st
 }
 
 std::string_view trim(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n\v\f";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+  const auto is_blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+void split_fields(std::string_view text, bool commas, std::vector<std::string_view>* fields) {
+  const auto is_separator = [commas](char c) { return c == ' ' || c == '\t' || c == '\r' || (commas && c == ','); };
+  fields->clear();
+  const char *at = text.data(), *const end = at + text.size();
+  while (true) {
+    while (at != end && is_separator(*at)) ++at;
+    if (at == end) return;
+    const char* const begin = at;
+    while (at != end && !is_separator(*at)) ++at;
+    fields->emplace_back(begin, static_cast<std::size_t>(at - begin));
+  }
 }
 
 std::vector<std::string_view> split_fields(std::string_view text, bool commas) {
-  const std::string_view separators = commas ? " \t\r," : " \t\r";
   std::vector<std::string_view> fields;
-  std::size_t begin = text.find_first_not_of(separators);
-  while (begin != std::string_view::npos) {
-    const std::size_t end = text.find_first_of(separators, begin);
-    fields.push_back(text.substr(begin, end - begin));
-    begin = text.find_first_not_of(separators, end);
-  }
+  split_fields(text, commas, &fields);
   return fields;
 }
 

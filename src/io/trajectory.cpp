@@ -28,13 +28,19 @@ StampedPose parse_pose(const TextFile& file, const TextLine& line, const std::ve
   for (std::size_t i = 0; i < v.size(); ++i) {
     const auto value = parse_double(fields[i + 1]);
     if (!value || !std::isfinite(*value))
-      file.fail(line, fmt::format("'{}' is not a finite number", fields[i + 1]), kTumAdvice);
+      file.fail(line, fmt::format("'{}' is not a finite number", fields[i + 1]),
+                value ? "leave out the poses that are not known" : kTumAdvice);
     v[i] = *value;
   }
   const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
   if (std::abs(rotation.norm() - 1) > kUnitTolerance)
     file.fail(line, fmt::format("the quaternion's length is {:.4g} and not 1", rotation.norm()), kTumAdvice);
   return {time, SE3(rotation, Eigen::Vector3d(v[0], v[1], v[2]))};
+}
+
+/// The names of the columns, which some programs write without a '#'.
+bool is_heading(const std::vector<std::string_view>& fields) {
+  return std::none_of(fields.begin(), fields.end(), [](std::string_view field) { return parse_double(field); });
 }
 
 /// Row-major 4×4 from a pose file; empty if it is not finite.
@@ -66,8 +72,10 @@ Trajectory read_tum_trajectory(const std::string& path, std::vector<std::string>
   const TextFile file(path);
   Trajectory trajectory;
   trajectory.reserve(file.lines().size());
+  std::vector<std::string_view> fields;
   for (const TextLine& line : file.lines()) {
-    const std::vector<std::string_view> fields = split_fields(line.text, true);
+    split_fields(line.text, true, &fields);
+    if (&line == &file.lines().front() && is_heading(fields)) continue;
     try {
       trajectory.push_back(parse_pose(file, line, fields));
     } catch (const Error&) {

@@ -9,9 +9,10 @@
 namespace plumbline {
 
 /// Reads TUM's format: `t tx ty tz qx qy qz qw` a line, seconds and metres, world_from_camera, fields between blanks or
-/// commas. Unsorted poses are sorted, of doubled stamps the first is kept, a half-written last line is left out; each
-/// is told in `notes` where that is given. Throws Error with file and line for anything else that is not eight finite
-/// numbers with a quaternion of unit length (within 0.01; the rest is normalised away), and for a file without poses.
+/// commas; a first line without any number names the columns. Unsorted poses are sorted, of doubled stamps the first is
+/// kept, a half-written last line is left out; each is told in `notes` where that is given. Throws Error with file and
+/// line for anything else that is not eight finite numbers with a quaternion of unit length (within 0.01; the rest is
+/// normalised away), and for a file without poses.
 Trajectory read_tum_trajectory(const std::string& path, std::vector<std::string>* notes = nullptr);
 
 /// Writes the same format, so that poses read back within 1e-8. Stamps have six decimals, or nine where that would
