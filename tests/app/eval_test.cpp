@@ -170,7 +170,7 @@ TEST_F(Evaluation, WhatIsNoTrajectoryIsSaidWithFileAndLine) {
 }
 
 TEST_F(Evaluation, TooFewPairsAreCounted) {
-  EXPECT_THAT(error_over("1000 0 0 0 0 0 0 1\n1000.5 1 0 0 0 0 0 1\n1000.75 1 0 0 0 0 0 1\n"),
+  EXPECT_THAT(error_over("1000 0 0 0 0 0 0 1\n1000.5 1 0 0 0 0 0 1\n1010 1 0 0 0 0 0 1\n"),
               AllOf(HasSubstr("only 2 pairs of poses"), HasSubstr("at least 3")));
 }
 
