@@ -20,7 +20,7 @@ using Commands = SmallSequence;
 TEST_F(Commands, HelpAndVersionAreNotErrors) {
   const Outcome help = plumbline({"--help"});
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* command : {"run", "info", "eval", "render", "demo", "backends"}) {
+  for (const char* command : {"run", "info", "eval", "render", "plot", "demo", "backends"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const Outcome own = plumbline({command, "--help"});
     EXPECT_EQ(own.exit_code, 0);
@@ -73,17 +73,17 @@ TEST_F(Commands, EvalComparesTrajectories) {
 
   const Outcome ate = plumbline({"eval", "ate", truth, path("moved.txt"), "--json"});
   ASSERT_EQ(ate.exit_code, 0) << ate.err;
-  const auto json = nlohmann::json::parse(ate.out);
+  const auto json = nlohmann::json::parse(ate.out)["estimates"][0];
   EXPECT_EQ(json["pairs"], kSmallFrames);
   EXPECT_LT(json["translation_m"]["rmse"].get<double>(), 1e-6);
 
   const Outcome rpe =
       plumbline({"eval", "rpe", truth, path("moved.txt"), "--delta", "2", "--unit", "frames", "--json"});
   ASSERT_EQ(rpe.exit_code, 0) << rpe.err;
-  EXPECT_LT(nlohmann::json::parse(rpe.out)["translation_m"]["rmse"].get<double>(), 1e-6);
-  EXPECT_LT(nlohmann::json::parse(rpe.out)["rotation_deg"]["max"].get<double>(), 1e-4);
+  EXPECT_LT(nlohmann::json::parse(rpe.out)["estimates"][0]["translation_m"]["rmse"].get<double>(), 1e-6);
+  EXPECT_LT(nlohmann::json::parse(rpe.out)["estimates"][0]["rotation_deg"]["max"].get<double>(), 1e-4);
 
-  EXPECT_THAT(plumbline({"eval", "ate", truth, path("moved.txt")}).out, HasSubstr("10 pairs"));
+  EXPECT_THAT(plumbline({"eval", "ate", truth, path("moved.txt")}).out, HasSubstr("10   0.00000"));
   EXPECT_THAT(plumbline({"eval", "rpe", truth, path("moved.txt"), "--all-pairs"}).out, HasSubstr("rotation"));
 }
 

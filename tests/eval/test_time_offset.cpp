@@ -56,7 +56,9 @@ TEST(TimeOffset, FindsWhatTheClocksDifferBy) {
     EXPECT_NEAR(found.rmse, 0.002 * std::sqrt(3.0), 2e-4);
     EXPECT_FALSE(found.at_the_border);
     EXPECT_GT(found.poses, 500u);
-    if (late != 0) EXPECT_GT(found.rmse_as_given, 5 * found.rmse);
+    if (late != 0) {
+      EXPECT_GT(found.rmse_as_given, 5 * found.rmse);
+    }
     // What was applied already is part of the answer.
     const TimeOffset again = best_time_offset(reference, estimate, {.offset = from_seconds(-late + 0.05)});
     EXPECT_NEAR(to_seconds(again.best), -late, 3e-4);
