@@ -22,8 +22,8 @@ using Eigen::Vector3d;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kHarmonics = 4;  // one more than the simulated chip has
 constexpr int kTiltCoefficients = 2 * 2 * kHarmonics, kHeadingCoefficients = 2 * kHarmonics;
-constexpr double kKnotInterval = 1;  // seconds; more where there would be too many knots
-constexpr int kMostKnots = 60;
+constexpr double kKnotInterval = 0.5;  // seconds; more where there would be too many knots
+constexpr int kMostKnots = 200;
 constexpr int kRounds = 8;      // of noise and prior scales
 constexpr double kHuber = 3.5;  // standard deviations
 

@@ -25,7 +25,7 @@ namespace plumbline {
 struct CalibrationOptions {
   OffsetSearch search;
   /// What may remain unknown (standard deviations) before the motion counts as too poor: radians, seconds.
-  double worst_mounting = 0.0070;
+  double worst_mounting = 0.005;
   double worst_offset = 0.003;
 };
 
