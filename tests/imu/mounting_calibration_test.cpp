@@ -117,7 +117,8 @@ TEST(MountingCalibration, LostFramesAndWrongPosesAreBorne) {
   Recording r = record({.seed = 7, .duration = 12});
   r.camera.erase(r.camera.begin() + 100, r.camera.begin() + 130);
   for (std::size_t i = 200; i < 206; ++i)
-    r.camera[i].world_from_camera = SE3(so3::exp(Vector3d(0.2, 0.1, -0.1)), Vector3d::Zero()) * r.camera[i].world_from_camera;
+    r.camera[i].world_from_camera =
+        SE3(so3::exp(Vector3d(0.2, 0.1, -0.1)), Vector3d::Zero()) * r.camera[i].world_from_camera;
   const MountingCalibration c = calibrate_mounting(r.camera, r.stream());
   EXPECT_LT(so3::angle(c.body_from_camera.transpose() * r.body_from_camera), 0.5 * kDegree);
   EXPECT_NEAR(c.time_offset, r.time_offset, 0.003);
