@@ -21,6 +21,7 @@ constexpr int kExitUsage = 2;
 void add_run_command(CLI::App& app, Command& chosen, const std::string& command_line);
 void add_info_command(CLI::App& app, Command& chosen);
 void add_angles_command(CLI::App& app, Command& chosen, const std::string& command_line);
+void add_calibrate_command(CLI::App& app, Command& chosen, const std::string& command_line);
 void add_eval_command(CLI::App& app, Command& chosen);
 void add_render_command(CLI::App& app, Command& chosen);
 void add_plot_command(CLI::App& app, Command& chosen);

@@ -51,6 +51,7 @@ int run(int argc, char** argv) {
   add_run_command(app, chosen, line);
   add_info_command(app, chosen);
   add_angles_command(app, chosen, line);
+  add_calibrate_command(app, chosen, line);
   add_eval_command(app, chosen);
   add_render_command(app, chosen);
   add_plot_command(app, chosen);

@@ -10,6 +10,7 @@
 
 #include "app/arguments.h"
 #include "imu/error_model.h"
+#include "io/orientation_calibration.h"
 #include "io/orientation_file.h"
 #include "tracking/orientation_guide.h"
 
@@ -29,16 +30,16 @@ Default choice(const std::string& text, const char* option, Default otherwise) {
   return static_cast<E>(found - kNames.begin());
 }
 
-OrientationConvention convention_of(const OrientationArguments& a) {
-  OrientationConvention convention;
+/// What the options say, on top of what is known already.
+OrientationConvention convention_of(const OrientationArguments& a, OrientationConvention convention) {
   convention.quaternion = choice<QuaternionOrder>(a.quaternion, "--quaternion", convention.quaternion);
   convention.orientation_of = choice<OrientationOf>(a.orientation_of, "--orientation-of", convention.orientation_of);
   convention.earth = choice<EarthAxes>(a.earth, "--earth", convention.earth);
   return convention;
 }
 
-Eigen::Matrix3d mounting_of(const std::string& text) {
-  if (text.empty()) return Eigen::Matrix3d::Identity();
+Eigen::Matrix3d mounting_of(const std::string& text, const Eigen::Matrix3d& otherwise) {
+  if (text.empty()) return otherwise;
   parse_numbers(text, 4, "--mounting", "\"QX QY QZ QW\"");
   return parse_pose("0 0 0 " + text, "--mounting").rotation();
 }
@@ -81,13 +82,14 @@ void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
   const auto add = [&](const char* name, auto& value, const char* help, const char* type) {
     return command.add_option(name, value, help)->needs(file)->type_name(type);
   };
+  add("--orientation-calibration", a.calibration,
+      "Mounting, time offset and convention from `plumbline calibrate`; the options below go before it", "FILE");
   add("--quaternion", a.quaternion, "Order in the file (default: by its format)", "xyzw|wxyz");
   add("--orientation-of", a.orientation_of, "What it turns into what (default: body-to-world)",
       "body-to-world|world-to-body");
   add("--earth", a.earth, "Earth axes of the file (default: enu)", "enu|ned|y-up");
-  add("--orientation-offset", a.offset, "Seconds added to the sensor's stamps", "SECONDS")
-      ->check(CLI::Range(-1e9, 1e9))
-      ->capture_default_str();
+  add("--orientation-offset", a.offset, "Seconds added to the sensor's stamps (default: 0)", "SECONDS")
+      ->check(CLI::Range(-1e9, 1e9));
   add("--mounting", a.mounting, "body_from_camera (default: \"0 0 0 1\")", "\"QX QY QZ QW\"");
   add("--orientation-max-gap", a.max_gap, "Longest time between two readings that is bridged", "SECONDS")
       ->check(CLI::Range(1e-6, 1e3))
@@ -100,10 +102,12 @@ void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
 std::optional<OrientationStream> load_orientation(const OrientationArguments& a, std::vector<std::string>* notes) {
   if (a.path.empty()) return std::nullopt;
   OrientationStreamOptions options;
-  options.time_offset = a.offset;
+  const OrientationCalibration calibration =
+      a.calibration.empty() ? OrientationCalibration{} : read_orientation_calibration(a.calibration);
+  options.time_offset = a.offset.value_or(calibration.time_offset);
   options.max_gap = a.max_gap;
-  options.body_from_camera = mounting_of(a.mounting);
-  const OrientationConvention declared = convention_of(a);
+  options.body_from_camera = mounting_of(a.mounting, calibration.body_from_camera);
+  const OrientationConvention declared = convention_of(a, calibration.convention);
   const OrientationErrorModel model = a.imu_model.empty() ? OrientationErrorModel{} : error_model_of(a);
   if (std::error_code error; !std::filesystem::exists(a.path, error))
     throw UsageError("there is no such file", "--orientation " + a.path,

@@ -16,9 +16,9 @@ class App;
 namespace plumbline::app {
 
 struct OrientationArguments {
-  std::string path, quaternion, orientation_of, earth, mounting, imu_model;
-  double offset = OrientationStreamOptions{}.time_offset;  // seconds
-  double max_gap = OrientationStreamOptions{}.max_gap;     // seconds
+  std::string path, calibration, quaternion, orientation_of, earth, mounting, imu_model;
+  std::optional<double> offset;                         // seconds
+  double max_gap = OrientationStreamOptions{}.max_gap;  // seconds
   std::uint64_t imu_seed = 1;
 };
 

@@ -61,7 +61,7 @@ sim::Motion choose_motion(const SimulateArguments& arguments, const sim::Scene& 
   const bool made_up = std::find(kinds.begin(), kinds.end(), arguments.trajectory) != kinds.end();
   if (!made_up && !fs::exists(arguments.trajectory))
     throw UsageError("there is no such path and no such file", "--trajectory " + arguments.trajectory,
-                     "Take orbit, sweep, handheld, turntable, or a file in TUM's format.");
+                     "Take orbit, sweep, handheld, turntable, dance, or a file in TUM's format.");
   sim::Smoothing smoothing;
   sim::Motion motion = made_up ? sim::make_path(arguments.trajectory, scene, path)
                                : sim::smooth_motion(read_trajectory(arguments.trajectory), 0.06, &smoothing);
@@ -160,7 +160,7 @@ void add_path_options(CLI::App& command, SimulateArguments& a) {
   command.add_option("--scene", a.scene, "desk, room, kitchen, teddy, corridor, or a PLY or OBJ file (metres, z up)")
       ->capture_default_str()
       ->type_name("NAME|FILE");
-  command.add_option("--trajectory", a.trajectory, "orbit, sweep, handheld, turntable, or a file in TUM's format")
+  command.add_option("--trajectory", a.trajectory, "orbit, sweep, handheld, turntable, dance, or a file in TUM's format")
       ->capture_default_str()
       ->type_name("KIND|FILE");
   command

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "imu/hand_eye.h"
 
 namespace plumbline {
 namespace {
@@ -32,11 +33,6 @@ constexpr double kFits = 0.6;
 constexpr double kBetterThanGood = 1.0 / 3, kBetterThanBad = 0.5;
 constexpr double kLeastGain = 0.5 * kDegree, kLeastGainOfTurn = 0.1;
 
-/// Rotation vectors of both sides.
-struct Turns {
-  std::vector<Vector3d> camera, body;
-};
-
 double rms(const std::vector<Vector3d>& vectors) {
   double sum = 0;
   for (const Vector3d& v : vectors) sum += v.squaredNorm();
@@ -57,32 +53,6 @@ Turns turns_of(const std::vector<TurnPair>& pairs, const OrientationConvention& 
     turns.body.push_back(so3::log(first.transpose() * second));
   }
   return turns;
-}
-
-/// Angle rms between the turn of the camera and what the sensor makes of it.
-double residual(const Turns& turns, const Matrix3d& body_from_camera) {
-  std::vector<Vector3d> errors;
-  for (std::size_t i = 0; i < turns.camera.size(); ++i) {
-    const Vector3d predicted = body_from_camera.transpose() * turns.body[i];
-    errors.push_back(so3::log(so3::exp(turns.camera[i]).transpose() * so3::exp(predicted)));
-  }
-  return rms(errors);
-}
-
-struct Mounting {
-  Matrix3d proper, mirrored;
-};
-
-/// Σ ‖b − M a‖² least over the rotations, and over the reflections (Kabsch 1976; Umeyama 1991).
-Mounting fit_mounting(const Turns& turns) {
-  Matrix3d sum = Matrix3d::Zero();
-  for (std::size_t i = 0; i < turns.camera.size(); ++i) sum += turns.body[i] * turns.camera[i].transpose();
-  const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix3d& u = svd.matrixU();
-  const Matrix3d& v = svd.matrixV();
-  const double sign = (u * v.transpose()).determinant() < 0 ? -1 : 1;
-  return {u * Vector3d(1, 1, sign).asDiagonal() * v.transpose(),
-          u * Vector3d(1, 1, -sign).asDiagonal() * v.transpose()};
 }
 
 /// How much the camera turned about its second axis, radians rms.
@@ -211,15 +181,15 @@ ConventionCheck check_convention(const std::vector<TurnPair>& pairs, const Orien
   double mirrored = std::numeric_limits<double>::infinity();
   for (const OrientationConvention& hypothesis : hypotheses(declared)) {
     const Turns turns = turns_of(pairs, declared, hypothesis);
-    const Mounting mounting = fit_mounting(turns);
+    const MountingFit mounting = fit_mounting(turns);
     if (check.fits.empty()) {
       check.camera_turn = rms(turns.camera);
       check.body_turn = rms(turns.body);
       check.two_axes = !pairs.empty() && second_axis(turns.camera) >= kLeastSecondAxis;
     }
-    check.fits.push_back({hypothesis, body_from_camera, false, residual(turns, body_from_camera)});
-    fitted.push_back({hypothesis, mounting.proper, true, residual(turns, mounting.proper)});
-    mirrored = std::min(mirrored, residual(turns, mounting.mirrored));
+    check.fits.push_back({hypothesis, body_from_camera, false, turn_residual(turns, body_from_camera)});
+    fitted.push_back({hypothesis, mounting.proper, true, turn_residual(turns, mounting.proper)});
+    mirrored = std::min(mirrored, turn_residual(turns, mounting.mirrored));
   }
   if (check.two_axes) check.fits.insert(check.fits.end(), fitted.begin(), fitted.end());
   check.best = choose(check.fits, check.camera_turn);

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "imu/periodic_error.h"
 
 namespace plumbline {
 namespace {
@@ -19,38 +20,29 @@ constexpr std::uint64_t kHarmonicsStream = 301;
 
 }  // namespace
 
-SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) {
+SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) : harmonics_(harmonics) {
   if (harmonics < 1 || harmonics > 100 || !(amplitude.minCoeff() >= 0) || !amplitude.allFinite())
     throw Error("the systematic error is out of range", kWhere, "give amplitudes from 0 and 1 to 100 harmonics");
   for (int axis = 0; axis < 3; ++axis) {
     Random random(stream(stream(seed, kHarmonicsStream), static_cast<std::uint64_t>(axis)));
-    for (int k = 1; k <= harmonics; ++k) harmonics_[axis].push_back({random.normal() / k, random.normal() / k});
+    for (int k = 1; k <= harmonics; ++k) {
+      coefficients_.push_back(random.normal() / k);
+      coefficients_.push_back(random.normal() / k);
+    }
     constexpr int kGrid = 720;
     double largest = 0;
     for (int i = 0; i < kGrid; ++i) largest = std::max(largest, std::abs(about(axis, 2 * kPi * i / kGrid)));
-    for (Harmonic& h : harmonics_[axis]) h = {h.sine * amplitude[axis] / largest, h.cosine * amplitude[axis] / largest};
+    for (auto c = coefficients_.end() - 2 * harmonics; c != coefficients_.end(); ++c)
+      *c = *c * amplitude[axis] / largest;
   }
 }
 
 double SystematicError::about(int axis, double angle) const {
-  double sum = 0;
-  int k = 0;
-  for (const Harmonic& h : harmonics_[axis]) {
-    ++k;
-    sum += h.sine * std::sin(k * angle) + h.cosine * std::cos(k * angle);
-  }
-  return sum;
+  return periodic(coefficients_.data() + 2 * harmonics_ * axis, harmonics_, angle);
 }
 
 Vector3d SystematicError::at(const Matrix3d& earth_from_body) const {
-  constexpr double kFaint = 0.04;  ///< of the twist's quaternion, squared length
-  const Eigen::Quaterniond q(earth_from_body);
-  Vector3d error;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double along = q.vec()[axis], share = std::min(1.0, (along * along + q.w() * q.w()) / kFaint);
-    error[axis] = share * share * (3 - 2 * share) * about(axis, 2 * std::atan2(along, q.w()));
-  }
-  return error;
+  return periodic_error(coefficients_.data(), harmonics_, Eigen::Quaterniond(earth_from_body));
 }
 
 OrientationErrorModel error_model(std::string_view name) {

@@ -20,16 +20,12 @@ class SystematicError {
 
   /// The function of axis 0…2 at an angle, radians.
   double about(int axis, double angle) const;
-  /// Rotation vector in earth axes. The angle about an axis is that of the twist in swing and twist; where there is
-  /// next to no twist to speak of (half a turn about an axis across), the function fades out, so that the error stays
-  /// smooth.
+  /// Rotation vector in earth axes. The angle about an axis is that of the twist (`twist_about`).
   Eigen::Vector3d at(const Eigen::Matrix3d& earth_from_body) const;
 
  private:
-  struct Harmonic {
-    double sine, cosine;
-  };
-  std::vector<Harmonic> harmonics_[3];
+  int harmonics_;
+  std::vector<double> coefficients_;  ///< of `periodic_error`
 };
 
 struct OrientationErrorModel {

@@ -140,15 +140,26 @@ SE3 turntable_view(const Frame3& f, const PathOptions& o, double t) {
   return look_at(f.focus + Vector3d(f.radius * std::cos(azimuth), f.radius * std::sin(azimuth), f.height), f.focus);
 }
 
+/// Turned about all three axes from one place, as an orientation sensor is calibrated.
+SE3 dance_view(const Frame3& f, const PathOptions& o, double t) {
+  const Tremor3 eye(stream(o.seed, 46), 0.1, 0.4), turn(stream(o.seed, 47), 0.1, 0.3);
+  const Vector3d home = f.focus + Vector3d(0.35 * f.radius, -0.9 * f.radius, f.height);
+  const SE3 view = look_at(home + 0.03 * eye.at(t), f.focus);
+  const Vector3d degrees = Vector3d(20, 25, 30).cwiseProduct(turn.at(t));
+  const auto about = [&](int axis) { return so3::exp(degrees[axis] * kPi / 180 * Vector3d::Unit(axis)); };
+  return {view.rotation() * about(1) * about(0) * about(2), view.translation()};
+}
+
 struct Kind {
   const char* name;
   SE3 (*view)(const Frame3&, const PathOptions&, double);
   bool trembles;
 };
-constexpr std::array<Kind, 4> kKinds = {{{"orbit", &orbit_view, true},
+constexpr std::array<Kind, 5> kKinds = {{{"orbit", &orbit_view, true},
                                          {"sweep", &sweep_view, true},
                                          {"handheld", &handheld_view, true},
-                                         {"turntable", &turntable_view, false}}};
+                                         {"turntable", &turntable_view, false},
+                                         {"dance", &dance_view, true}}};
 
 }  // namespace
 
@@ -231,7 +242,8 @@ std::vector<std::string> path_kinds() {
 Motion make_path(const std::string& name, const Scene& scene, const PathOptions& options) {
   const auto* kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& k) { return name == k.name; });
   if (kind == kKinds.end())
-    throw Error("there is no path '" + name + "'", kWhere, "take orbit, sweep, handheld, turntable, or a TUM file");
+    throw Error("there is no path '" + name + "'", kWhere,
+                "take orbit, sweep, handheld, turntable, dance, or a TUM file");
   if (!(options.duration > 0)) throw Error("the duration is not positive", kWhere, "give seconds");
   Frame3 frame{scene.focus, options.radius, options.height};
   if (!(frame.radius > 0)) frame.radius = std::clamp(1.35 * scene.focus_radius, 0.3, 1.9);

@@ -6,6 +6,7 @@
 
 #include "app/arguments.h"
 #include "app/orientation_arguments.h"
+#include "io/orientation_calibration.h"
 #include "io/temp_folder.h"
 
 namespace plumbline::app {
@@ -74,10 +75,53 @@ TEST_F(OrientationOptions, AddTheErrorModel) {
   EXPECT_LT(error, 11 * kDegree);
 }
 
+TEST_F(OrientationOptions, ComeFromACalibration) {
+  OrientationCalibration written;
+  written.body_from_camera = Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5).toRotationMatrix();
+  written.mounting_sd = Vector3d(0.1, 0.2, 0.3) * kDegree;
+  written.time_offset = -0.5;
+  written.time_offset_sd = 0.001;
+  written.convention = {QuaternionOrder::xyzw, OrientationOf::world_to_body, EarthAxes::ned};
+  const std::string file = folder_ / "m.toml";
+  write_orientation_calibration(file, written, {"a comment"});
+  const auto read = read_orientation_calibration(file);
+  EXPECT_TRUE(read.mounting_sd.isApprox(written.mounting_sd, 1e-3));
+  EXPECT_EQ(read.time_offset_sd, 0.001);
+
+  const auto stream = load({"--orientation", file_, "--orientation-calibration", file});
+  EXPECT_TRUE(stream->options().body_from_camera.isApprox(written.body_from_camera, 1e-8));
+  EXPECT_EQ(stream->options().time_offset, -0.5);
+  EXPECT_TRUE(stream->samples().front().earth_from_body.isApprox(enu_from(EarthAxes::ned) * turn_.transpose(), 1e-9));
+  const auto other = load({"--orientation", file_, "--orientation-calibration", file, "--orientation-offset", "0",
+                           "--earth", "enu", "--mounting", "0 0 0 1"});
+  EXPECT_EQ(other->options().time_offset, 0);
+  EXPECT_TRUE(other->options().body_from_camera.isIdentity());
+  EXPECT_TRUE(other->samples().front().earth_from_body.isApprox(turn_.transpose(), 1e-9));
+}
+
+TEST_F(OrientationOptions, ABadCalibrationIsToldWithItsLine) {
+  const std::string file = folder_ / "m.toml";
+  const auto error = [&](const std::string& text) {
+    write_text(file, text);
+    return error_of([&] { read_orientation_calibration(file); });
+  };
+  const std::string mounting = "[mounting]\nbody_from_camera = [0, 0, 0, 1]\nsd_deg = [1, 1, 1]\n",
+                    time = "[time]\noffset = 0.1\nsd = 0.001\n";
+  EXPECT_THAT(error("[mounting\n"), HasSubstr("m.toml:1"));
+  EXPECT_THAT(error("[mounting]\n"), HasSubstr("there is no mounting.body_from_camera"));
+  EXPECT_THAT(error("[mounting]\nbody_from_camera = [0, 0, 1]\n"), HasSubstr("m.toml:2"));
+  EXPECT_THAT(error("[mounting]\nbody_from_camera = [0, 0, 0.5, 0.5]\n"), HasSubstr("no unit quaternion"));
+  EXPECT_THAT(error(mounting), HasSubstr("there is no time.offset"));
+  EXPECT_THAT(error(mounting + "[time]\noffset = \"soon\"\n"), HasSubstr("m.toml:5"));
+  EXPECT_THAT(error(mounting + "[time]\noffset = nan\n"), HasSubstr("not a number in range"));
+  EXPECT_THAT(error(mounting + time + "[readings]\nquaternion = \"wyxz\"\n"), HasSubstr("m.toml:8"));
+  EXPECT_THAT(error_of([&] { read_orientation_calibration(folder_ / "none.toml"); }), HasSubstr("none.toml"));
+}
+
 TEST_F(OrientationOptions, AloneAreMistakes) {
   for (const char* option :
        {"--quaternion=xyzw", "--orientation-of=world-to-body", "--earth=ned", "--orientation-offset=1",
-        "--mounting=0 0 0 1", "--orientation-max-gap=1", "--imu-model=ideal"}) {
+        "--orientation-calibration=m.toml", "--mounting=0 0 0 1", "--orientation-max-gap=1", "--imu-model=ideal"}) {
     try {
       load({option});
       ADD_FAILURE() << option;
