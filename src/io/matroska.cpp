@@ -37,6 +37,7 @@ namespace {
 namespace ebml = libebml;
 namespace kax = libmatroska;
 
+constexpr std::uint64_t kAnySize = std::numeric_limits<std::uint64_t>::max();
 constexpr std::uint64_t kMaxHeader = std::uint64_t{64} << 20;  // bytes of one part that is read whole
 constexpr const char* kAdvice = "give a recording of an Azure Kinect (k4arecorder), or copy the file again";
 
@@ -98,10 +99,10 @@ class Indexer {
   }
 
   MatroskaFile index() {
-    const std::unique_ptr<ebml::EbmlElement> head(stream_.FindNextID(EBML_INFO(ebml::EbmlHead), size_));
+    const std::unique_ptr<ebml::EbmlElement> head(stream_.FindNextID(EBML_INFO(ebml::EbmlHead), kAnySize));
     if (head == nullptr) fail("is no Matroska file");
     io_.setFilePointer(static_cast<std::int64_t>(end_of(*head)));
-    const std::unique_ptr<ebml::EbmlElement> segment(stream_.FindNextID(EBML_INFO(kax::KaxSegment), size_));
+    const std::unique_ptr<ebml::EbmlElement> segment(stream_.FindNextID(EBML_INFO(kax::KaxSegment), kAnySize));
     if (segment == nullptr) fail("ends before its first part");
     const bool good = without_exception(
         [&] { each_child(*segment, end_of(*segment), [&](ebml::EbmlElement& part) { add_part(part); }); });
@@ -133,7 +134,7 @@ class Indexer {
       io_.setFilePointer(static_cast<std::int64_t>(at));
       int upper_level = 0;
       const std::unique_ptr<ebml::EbmlElement> child(
-          stream_.FindNextElement(EBML_CONTEXT(&parent), upper_level, end - at, true));
+          stream_.FindNextElement(EBML_CONTEXT(&parent), upper_level, kAnySize, true));
       if (child == nullptr) {
         cut_off_ = true;
         return end;
@@ -227,12 +228,19 @@ class Indexer {
     if (!(std::abs(nanoseconds) < 4e18)) fail("has a frame at an impossible time");
     const Nanoseconds time =
         (static_cast<Nanoseconds>(cluster_time) + block.GetRelativeTimestamp()) * static_cast<Nanoseconds>(scale_);
+    // The frames fill the block to its end. (The library tells their positions only after it has read them all.)
+    std::uint64_t total = 0;
     for (std::size_t i = 0; i < block.NumberFrames(); ++i) {
-      const std::int64_t at = block.GetDataPosition(i), size = block.GetFrameSize(i);
-      if (at < 0 || size < 0 || static_cast<std::uint64_t>(at) > size_ ||
-          static_cast<std::uint64_t>(size) > size_ - static_cast<std::uint64_t>(at))
-        continue;
-      track->frames.push_back({time, static_cast<std::uint64_t>(at), static_cast<std::uint64_t>(size)});
+      const std::int64_t size = block.GetFrameSize(i);
+      if (size < 0 || static_cast<std::uint64_t>(size) > block.GetSize()) fail("has a frame of impossible size");
+      total += static_cast<std::uint64_t>(size);
+    }
+    if (total > block.GetSize() || block.GetEndPosition() > size_) fail("has frames of impossible size");
+    std::uint64_t at = block.GetEndPosition() - total;
+    for (std::size_t i = 0; i < block.NumberFrames(); ++i) {
+      const auto size = static_cast<std::uint64_t>(block.GetFrameSize(i));
+      track->frames.push_back({time, at, size});
+      at += size;
     }
   }
 
