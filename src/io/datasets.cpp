@@ -89,7 +89,6 @@ Dataset find_dataset(std::string_view name) {
   std::string near;
   for (const Dataset& dataset : datasets()) {
     if (dataset.name == wanted || dataset.folder == wanted) return dataset;
-    const std::string last = dataset.name.substr(dataset.name.find('/') + 1);
     if (wanted.size() > 2 && dataset.name.find(wanted) != std::string::npos)
       near += (near.empty() ? "" : ", ") + dataset.name;
   }

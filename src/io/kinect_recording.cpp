@@ -95,7 +95,8 @@ class KinectSequence : public Sequence {
     ImuRecording recording;
     for (const MatroskaFrame& frame : imu_) {
       if (frame.size != kImuBytes) throw Error("has a reading of the IMU of another size", info().path, kAdvice);
-      recording.samples.push_back(imu_sample(file_.read(frame.offset, frame.size)));
+      const ImuSample sample = imu_sample(file_.read(frame.offset, frame.size));
+      if (sample.specific_force.allFinite() && sample.angular_rate.allFinite()) recording.samples.push_back(sample);
     }
     sort_and_thin(&recording.samples, "samples", notes);
     return recording;
@@ -109,11 +110,12 @@ class KinectSequence : public Sequence {
   /// 16 bits a reading, the upper byte first.
   DepthImage read_depth(const MatroskaFrame& where, int index) const {
     const Pinhole& camera = info().camera;
-    DepthImage depth(camera.width, camera.height);
-    if (where.size != 2 * depth.pixels.size())
+    const std::size_t expected = 2 * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+    if (where.size != expected)
       throw Error(fmt::format("holds {} bytes, where {}x{} readings take {}", where.size, camera.width, camera.height,
-                              2 * depth.pixels.size()),
+                              expected),
                   frame_name("depth", index), "copy the file again");
+    DepthImage depth(camera.width, camera.height);
     const std::string bytes = file_.read(where.offset, where.size);
     const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(bytes[i])); };
     for (std::size_t i = 0; i < depth.pixels.size(); ++i)

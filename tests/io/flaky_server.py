@@ -38,8 +38,6 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def do_GET(self):
         mode, _, name = self.path.lstrip("/").partition("/")
         count = requests[self.path] = requests.get(self.path, 0) + 1
-        if name == "count":
-            name, count = "", 0
         file = FOLDER / name
         if mode == "moved":
             return self.refuse(302, f"/good/{name}")
