@@ -7,7 +7,10 @@
 namespace plumbline::app {
 
 void add_sequence_arguments(CLI::App& command, SequenceArguments& arguments, bool sequence_required) {
-  command.add_option("sequence", arguments.path, "Folder of the sequence: TUM RGB-D, ICL-NUIM, 7-Scenes or depth PNGs")
+  command
+      .add_option("sequence", arguments.path,
+                  "Folder of the sequence (TUM RGB-D, ICL-NUIM, 7-Scenes or depth PNGs), an Azure Kinect's .mkv, or a "
+                  "ROS 1 .bag")
       ->required(sequence_required)
       ->type_name("SEQUENCE");
   command.add_option("--camera", arguments.camera, "Intrinsics by name: fr1, fr2, fr3, icl, 7scenes, …")
@@ -20,12 +23,17 @@ void add_sequence_arguments(CLI::App& command, SequenceArguments& arguments, boo
   command.add_option("--depth-scale", arguments.depth_scale, "Depth readings per metre")
       ->check(CLI::Range(1e-3, 1e9))
       ->type_name("S");
+  command.add_option("--depth-topic", arguments.depth_topic, "Of a ROS bag (default: the one that fits best)")
+      ->type_name("TOPIC");
+  command.add_option("--color-topic,--colour-topic", arguments.color_topic, "The same for colour")->type_name("TOPIC");
   command.add_flag("--no-color,--no-colour", arguments.no_color, "Do not read colour");
 }
 
 SequenceOptions sequence_options(const SequenceArguments& arguments) {
   SequenceOptions options;
   options.camera = arguments.camera;
+  options.depth_topic = arguments.depth_topic;
+  options.color_topic = arguments.color_topic;
   options.undistort = !arguments.no_undistort;
   options.depth_scale = arguments.depth_scale;
   options.color = !arguments.no_color;

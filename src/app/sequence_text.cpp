@@ -11,7 +11,9 @@ namespace {
 
 std::string distortion_text(const Distortion& d) {
   if (d.is_zero()) return "no distortion";
-  return fmt::format("distortion {} {} {} {} {}", d.k1, d.k2, d.p1, d.p2, d.k3);
+  std::string text = fmt::format("distortion {} {} {} {} {}", d.k1, d.k2, d.p1, d.p2, d.k3);
+  if (d.is_rational()) text += fmt::format(" {} {} {}", d.k4, d.k5, d.k6);
+  return text;
 }
 
 std::string frames_text(const Sequence& sequence) {
@@ -55,6 +57,23 @@ std::vector<std::string> describe(const Sequence& sequence) {
       fmt::format("depth      {:g} readings a metre, from {}", info.depth_scale, info.depth_scale_source),
       fmt::format("truth      {}", info.groundtruth.empty() ? "none" : info.groundtruth)};
   for (const std::string& note : info.notes) lines.push_back(fmt::format("note       {}", note));
+  return lines;
+}
+
+std::vector<std::string> describe(const ImuRecording& imu, const SequenceInfo& info) {
+  const double duration = to_seconds(imu.samples.back().time - imu.samples.front().time);
+  std::string text = fmt::format("imu        {} samples", imu.samples.size());
+  if (duration > 0)
+    text +=
+        fmt::format(" in {:.1f} s, {:.0f} a second", duration, static_cast<double>(imu.samples.size() - 1) / duration);
+  text += imu.has_gyroscope ? ": gyroscope, accelerometer" : ": accelerometer";
+  if (imu.has_magnetometer) text += ", magnetometer";
+  std::vector<std::string> lines = {text};
+  if (info.body_from_camera) {
+    const Eigen::Quaterniond q(*info.body_from_camera);
+    lines.push_back(fmt::format("mounting   \"{:.6f} {:.6f} {:.6f} {:.6f}\" (--mounting), from the calibration", q.x(),
+                                q.y(), q.z(), q.w()));
+  }
   return lines;
 }
 

@@ -12,6 +12,9 @@ namespace plumbline::app {
 /// Lines of "name  value" for people: format, frames and rate, camera and where it was found, ground truth, notes.
 std::vector<std::string> describe(const Sequence& sequence);
 
+/// The same for the readings of an inertial sensor, at least one.
+std::vector<std::string> describe(const ImuRecording& imu, const SequenceInfo& info);
+
 /// "640x480, fx 517.3 fy 516.5 cx 318.6 cy 255.3".
 std::string camera_text(const Pinhole& camera);
 

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "io/atomic_file.h"
+#include "io/imu_file.h"
 #include "io/mesh.h"
 #include "io/png.h"
 #include "io/trajectory.h"
@@ -49,17 +50,12 @@ std::string orientation_text(const std::vector<sim::InertialSample>& samples) {
   return text;
 }
 
-std::string imu_text(const std::vector<sim::InertialSample>& samples) {
-  std::string text =
-      "timestamp,gyro_x,gyro_y,gyro_z,accelerometer_x,accelerometer_y,accelerometer_z,"
-      "magnetometer_x,magnetometer_y,magnetometer_z\n";
-  for (const sim::InertialSample& s : samples) {
-    text += format_seconds(s.time, 9);
-    for (const Eigen::Vector3d& v : {s.angular_rate, s.specific_force, s.magnetic_field})
-      for (int axis = 0; axis < 3; ++axis) text += fmt::format(",{:.9g}", v[axis]);
-    text += '\n';
-  }
-  return text;
+ImuRecording imu_recording(const std::vector<sim::InertialSample>& samples) {
+  ImuRecording recording{.samples = {}, .has_gyroscope = true, .has_magnetometer = true};
+  recording.samples.reserve(samples.size());
+  for (const sim::InertialSample& s : samples)
+    recording.samples.push_back({s.time, s.angular_rate, s.specific_force, s.magnetic_field});
+  return recording;
 }
 
 std::string quoted(const std::string& text) {
@@ -184,7 +180,7 @@ double write_simulated_sequence(const std::string& path, const Mesh& mesh, const
   const std::vector<sim::InertialSample> samples =
       sim::simulate_sensor(sequence.world_from_camera, sequence.duration, sequence.start, sequence.sensor);
   write_text(folder / "orientation.txt", orientation_text(samples));
-  write_text(folder / "imu.csv", imu_text(samples));
+  write_imu((folder / "imu.csv").string(), imu_recording(samples));
   write_ply((folder / "scene.ply").string(), mesh);
   write_text(folder / "scene.toml", scene_toml(sequence));
   if (sequence.camera.color) write_text(folder / "rgb.txt", image_list("rgb", poses));

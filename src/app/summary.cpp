@@ -55,7 +55,7 @@ Json camera_json(const SequenceInfo& info) {
           {"fy", k.fy},
           {"cx", k.cx},
           {"cy", k.cy},
-          {"distortion", {d.k1, d.k2, d.p1, d.p2, d.k3}},
+          {"distortion", {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6}},
           {"source", info.camera_source}};
 }
 

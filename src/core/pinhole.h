@@ -40,17 +40,18 @@ struct Pinhole {
   bool operator==(const Pinhole&) const = default;
 };
 
-/// Brown–Conrady lens distortion in OpenCV's order; all zero means none.
+/// Brown–Conrady lens distortion in OpenCV's order, with a rational radial part (k4 to k6); all zero means none.
 struct Distortion {
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0, k4 = 0, k5 = 0, k6 = 0;
 
-  bool is_zero() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
+  bool is_rational() const { return k4 != 0 || k5 != 0 || k6 != 0; }
+  bool is_zero() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0 && !is_rational(); }
   bool operator==(const Distortion&) const = default;
 
   /// Normalised image coordinates (x/z, y/z) without distortion to those with it (Brown 1971).
   void apply(double x, double y, double* x_distorted, double* y_distorted) const {
     const double r2 = x * x + y * y;
-    const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+    const double radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
     *x_distorted = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
     *y_distorted = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
   }

@@ -90,6 +90,7 @@ std::optional<CameraChoice> camera_by_folder_name(const std::string& folder) {
 CameraChoice find_choice(const SequenceOptions& options, const CameraClues& clues) {
   if (options.intrinsics) return {*options.intrinsics, {}, "given intrinsics", false};
   if (!options.camera.empty()) return named_camera(options.camera);
+  if (clues.calibration) return *clues.calibration;
   const fs::path file = fs::path(clues.folder) / "camera-intrinsics.txt";
   if (std::error_code error; fs::exists(file, error)) return read_intrinsics(file.string());
   if (auto choice = camera_by_folder_name(clues.folder)) return *choice;
@@ -128,7 +129,7 @@ void check_values(const CameraChoice& choice, const CameraClues& clues) {
 }
 
 void check_distortion(const Distortion& d, const CameraClues& clues) {
-  for (const double k : {d.k1, d.k2, d.p1, d.p2, d.k3})
+  for (const double k : {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6})
     if (!std::isfinite(k)) throw Error("a distortion coefficient is not finite", clues.folder, "give k1 k2 p1 p2 k3");
 }
 

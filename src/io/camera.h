@@ -20,15 +20,16 @@ struct CameraChoice {
 
 /// What is known about the sequence beside the user's options.
 struct CameraClues {
-  std::string folder;            ///< that holds the frames
-  std::string format_camera;     ///< the name of the format's own camera, or empty
-  bool format_is_guess = false;  ///< the format's own camera is only its most common one
-  int width = 0, height = 0;     ///< of the images
+  std::string folder;                            ///< that holds the frames
+  std::string format_camera;                     ///< the name of the format's own camera, or empty
+  bool format_is_guess = false;                  ///< the format's own camera is only its most common one
+  int width = 0, height = 0;                     ///< of the images
+  std::optional<CameraChoice> calibration = {};  ///< that came with the frames
 };
 
-/// Given intrinsics, else the named camera, else camera-intrinsics.txt in the folder, else freiburg1/2/3 in the
-/// folder's name, else the format's own. Throws Error if there is none of these, and if the camera cannot belong to the
-/// images.
+/// Given intrinsics, else the named camera, else the calibration that came with the frames, else camera-intrinsics.txt
+/// in the folder, else freiburg1/2/3 in the folder's name, else the format's own. Throws Error if there is none of
+/// these, and if the camera cannot belong to the images.
 CameraChoice choose_camera(const SequenceOptions& options, const CameraClues& clues);
 
 /// The folder's names, even if the path is ".", ends in a slash or is a link: as given, then with links followed.

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include "core/error.h"
+#include "io/columns.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
 
@@ -31,28 +31,6 @@ struct Layout {
   Columns columns;
 };
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
-/// Names of columns between commas, or between blanks where there are none; lower case, without units in brackets.
-std::vector<std::string> column_names(std::string_view head) {
-  std::vector<std::string> names;
-  if (head.find(',') == std::string_view::npos) {
-    for (const std::string_view name : split_fields(head)) names.push_back(lower(name));
-    return names;
-  }
-  for (std::string_view rest = head; !rest.empty();) {
-    const std::size_t comma = std::min(rest.find(','), rest.size());
-    const std::string_view name = rest.substr(0, comma);
-    names.push_back(lower(trim(name.substr(0, name.find('[')))));
-    rest.remove_prefix(std::min(comma + 1, rest.size()));
-  }
-  return names;
-}
-
 /// 'w', 'x', 'y' or 'z' if the name is that of a quaternion's component, else 0.
 char component_of(std::string_view name) {
   if (name.size() < 2 || name.back() < 'w' || name.back() > 'z') return 0;
@@ -61,11 +39,11 @@ char component_of(std::string_view name) {
   return stem.starts_with('q') || stem.ends_with("orientation") ? name.back() : '\0';
 }
 
-std::optional<Columns> columns_by_name(const std::vector<std::string>& names) {
+std::optional<Columns> columns_by_name(const std::vector<ColumnName>& names) {
   Columns columns;
   std::string components;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const char component = component_of(names[i]);
+    const char component = component_of(names[i].name);
     if (component == 0) continue;
     if (components.size() < 4) columns.quaternion[components.size()] = i;
     components += component;
@@ -82,34 +60,23 @@ std::optional<Columns> columns_by_number(std::size_t fields, bool nanoseconds) {
   return std::nullopt;
 }
 
-std::string_view first_field(const TextLine& line) {
-  const auto fields = split_fields(line.text, true);
-  return fields.empty() ? std::string_view() : fields.front();
-}
-
-/// A heading is a line whose first field is a word.
-bool is_heading(const TextLine& line) {
-  const std::string_view first = first_field(line);
-  return !first.empty() && (std::isalpha(static_cast<unsigned char>(first.front())) != 0 || first.front() == '"') &&
-         !parse_double(first);
-}
-
 bool is_nanoseconds(std::string_view stamp) {
   constexpr std::size_t kDigits = 11;  // whole seconds of 317 years
   return stamp.size() >= kDigits && parse_unsigned(stamp).has_value();
 }
 
-Layout find_layout(const TextFile& file, std::string_view head, bool has_heading, const std::vector<TextLine>& lines) {
+Layout find_layout(const TextFile& file, const Table& table) {
+  const std::vector<TextLine>& lines = table.rows;
   Layout layout;
   layout.fields = split_fields(lines.front().text, true).size();
   layout.nanoseconds =
-      head.find("[ns]") != std::string_view::npos ||
+      table.head.find("[ns]") != std::string_view::npos ||
       std::any_of(lines.begin(), lines.end(), [](const TextLine& line) { return is_nanoseconds(first_field(line)); });
-  const std::vector<std::string> names = column_names(head);
+  const std::vector<ColumnName> names = column_names(table.head);
   std::optional<Columns> columns;
   if (names.size() == layout.fields) columns = columns_by_name(names);
-  if (!columns && has_heading)
-    throw Error(fmt::format("has no orientation among the columns {}", fmt::join(names, ", ")), file.path(), kAdvice);
+  if (!columns && table.has_heading)
+    throw Error(fmt::format("has no orientation among the columns {}", list(names)), file.path(), kAdvice);
   if (!columns) columns = columns_by_number(layout.fields, layout.nanoseconds);
   if (!columns)
     file.fail(lines.front(), fmt::format("has {} fields, where an orientation has 5 or 8", layout.fields), kAdvice);
@@ -162,13 +129,11 @@ struct NotUnit {
 std::vector<OrientationSample> read_orientations(const std::string& path, const OrientationConvention& declared,
                                                  std::vector<std::string>* notes, OrientationConvention* used) {
   const TextFile file(path);
-  std::vector<TextLine> lines = file.lines();
-  const bool has_heading = !lines.empty() && is_heading(lines.front());
-  const std::string_view head = has_heading ? lines.front().text : file.head();
-  if (has_heading) lines.erase(lines.begin());
+  const Table table = read_table(file);
+  const std::vector<TextLine>& lines = table.rows;
   if (lines.empty()) throw Error("has no orientations", path, kAdvice);
 
-  const Layout layout = find_layout(file, head, has_heading, lines);
+  const Layout layout = find_layout(file, table);
   OrientationConvention convention = declared;
   convention.quaternion = declared.quaternion.value_or(layout.columns.order);
   if (used != nullptr) *used = convention;

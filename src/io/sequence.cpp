@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "core/error.h"
 #include "core/undistort.h"
 #include "io/camera.h"
 #include "io/image_file.h"
+#include "io/imu_file.h"
+#include "io/recording.h"
 #include "io/sequence_list.h"
 
 namespace plumbline {
@@ -21,6 +24,7 @@ class FileSequence : public Sequence {
  public:
   FileSequence(SequenceInfo found, const SequenceList& list, std::vector<Nanoseconds> times, bool undistort)
       : Sequence(std::move(found), std::move(times)),
+        folder_(list.folder),
         entries_(list.entries),
         saturated_is_invalid_(list.saturated_is_invalid),
         undistorter_(info().camera, undistort ? info().distortion : Distortion{}) {}
@@ -40,6 +44,15 @@ class FileSequence : public Sequence {
     return frame;
   }
 
+  ImuRecording read_imu(std::vector<std::string>* notes) const override {
+    for (const char* name : {"imu.csv", "accelerometer.txt"}) {
+      const std::filesystem::path file = std::filesystem::path(folder_) / name;
+      if (std::error_code error; std::filesystem::is_regular_file(file, error))
+        return plumbline::read_imu(file.string(), notes);
+    }
+    return {};
+  }
+
  private:
   static constexpr std::uint16_t kSaturated = 65535, kNone = 0;
 
@@ -51,6 +64,7 @@ class FileSequence : public Sequence {
           file, "give images of one camera and one size");
   }
 
+  std::string folder_;
   std::vector<SequenceEntry> entries_;
   bool saturated_is_invalid_;
   Undistorter undistorter_;
@@ -119,7 +133,8 @@ SequenceInfo describe(const std::string& path, const SequenceOptions& options, c
   info.color_frames = static_cast<int>(std::count_if(list.entries.begin(), list.entries.end(),
                                                      [](const SequenceEntry& entry) { return !entry.color.empty(); }));
   set_depth_scale(options, list, &info);
-  set_camera(options, {list.folder, list.format_camera, list.format_camera_is_guess, depth.width, depth.height}, &info);
+  set_camera(options, {list.folder, list.format_camera, list.format_camera_is_guess, depth.width, depth.height, {}},
+             &info);
   note_gaps(list, &info.notes);
   return info;
 }
@@ -134,6 +149,7 @@ Sequence::Sequence(SequenceInfo info, std::vector<Nanoseconds> times)
 }
 
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options) {
+  if (std::error_code error; std::filesystem::is_regular_file(path, error)) return open_recording(path, options);
   SequenceList list = list_sequence(path, options);
   const ImageHeader depth = first_depth_header(list);
   drop_unfit_color(depth, &list);

@@ -1,7 +1,7 @@
 // Sequences of depth (and colour) frames on disk, whatever their layout, as one thing to read from.
 //
-// The layouts: TUM RGB-D (Sturm et al. 2012), ICL-NUIM (Handa et al. 2014), 7-Scenes (Shotton et al. 2013), and a plain
-// folder of depth images.
+// The layouts: TUM RGB-D (Sturm et al. 2012), ICL-NUIM (Handa et al. 2014), 7-Scenes (Shotton et al. 2013), a plain
+// folder of depth images, and recordings in one file: Azure Kinect's (.mkv) and ROS 1's (.bag).
 #pragma once
 
 #include <memory>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/frame.h"
+#include "core/imu_sample.h"
 #include "core/pinhole.h"
 
 namespace plumbline {
@@ -23,22 +24,24 @@ struct SequenceOptions {
   std::optional<double> depth_scale;     ///< readings per metre; empty = the format's own
   bool color = true;                     ///< read colour where there is some
   double max_time_difference = 0.02;     ///< s, between a depth image and its colour image
+  std::string depth_topic, color_topic;  ///< of a ROS bag; empty: those that fit best
 };
 
 /// What was found, in values and in words for the user.
 struct SequenceInfo {
-  std::string path;           ///< as given
-  std::string format;         ///< "TUM RGB-D", "ICL-NUIM", "7-Scenes", "depth images"
-  Pinhole camera;             ///< of the frames that read() gives
-  Distortion distortion;      ///< of the images on disk; gone from the frames if options.undistort
-  double depth_scale = 0;     ///< readings per metre
+  std::string path;        ///< as given
+  std::string format;      ///< "TUM RGB-D", "ICL-NUIM", "7-Scenes", "depth images", "Azure Kinect recording", "ROS bag"
+  Pinhole camera;          ///< of the frames that read() gives
+  Distortion distortion;   ///< of the images on disk; gone from the frames if options.undistort
+  double depth_scale = 0;  ///< readings per metre
   std::string camera_source;  ///< where the camera comes from
   std::string depth_scale_source;
   int frames = 0;        ///< depth frames
   int color_frames = 0;  ///< those of them that have colour
   Nanoseconds first_time = 0, last_time = 0;
-  std::string groundtruth;         ///< a path for read_trajectory, or empty
-  std::vector<std::string> notes;  ///< what the user should know, a sentence each
+  std::string groundtruth;                               ///< a path for read_trajectory, or empty
+  std::optional<Eigen::Matrix3d> body_from_camera = {};  ///< of the recording's IMU, by its calibration
+  std::vector<std::string> notes;                        ///< what the user should know, a sentence each
 };
 
 /// Frames in order of time. All members may be called from several threads at once.
@@ -57,6 +60,10 @@ class Sequence {
   /// size than the first; other frames can be read after that.
   virtual Frame read(int index) const = 0;
 
+  /// The inertial sensor's raw readings, on the frames' clock: of the recording, or of imu.csv or accelerometer.txt in
+  /// the folder; without samples where there is none. Throws Error if they cannot be read.
+  virtual ImuRecording read_imu(std::vector<std::string>* notes = nullptr) const = 0;
+
  protected:
   /// `times` in ascending order; frames and times of `info` follow from it.
   Sequence(SequenceInfo info, std::vector<Nanoseconds> times);
@@ -66,9 +73,9 @@ class Sequence {
   std::vector<Nanoseconds> times_;
 };
 
-/// Finds out the layout of the folder at `path`, its frames and its camera, and checks the first images. Throws Error
-/// if there is no such folder, it holds no frames, a list is malformed, the camera is unknown or does not fit the
-/// images.
+/// Finds out the layout of the folder or file at `path`, its frames and its camera, and checks the first images. Throws
+/// Error if there is no such folder or file, it holds no frames, a list is malformed, the camera is unknown or does not
+/// fit the images.
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options = {});
 
 /// The names that SequenceOptions::camera takes.

@@ -8,8 +8,10 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <utility>
 
 #include "core/error.h"
+#include "io/gzip.h"
 
 namespace plumbline {
 namespace {
@@ -57,8 +59,10 @@ std::string read_file(const std::string& path) {
   return bytes;
 }
 
-TextFile::TextFile(const std::string& path)
-    : path_(path), content_(std::make_shared<const std::string>(read_file(path))) {
+TextFile::TextFile(const std::string& path) : path_(path) {
+  std::string bytes = read_file(path);
+  if (is_gzip(bytes)) bytes = gunzip(bytes, path);
+  content_ = std::make_shared<const std::string>(std::move(bytes));
   std::string_view rest = *content_;
   if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
   lines_.reserve(static_cast<std::size_t>(std::count(rest.begin(), rest.end(), '\n')) + 1);

@@ -20,6 +20,7 @@ class FakeSequence : public Sequence {
   explicit FakeSequence(int n, int bad = -1, milliseconds duration = milliseconds(0))
       : Sequence({}, times(n)), bad_(bad), duration_(duration) {}
 
+  ImuRecording read_imu(std::vector<std::string>*) const override { return {}; }
   Frame read(int index) const override {
     ++reads;
     std::this_thread::sleep_for(duration_);

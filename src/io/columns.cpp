@@ -1,0 +1,75 @@
+#include "io/columns.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "io/camera.h"
+
+namespace plumbline {
+namespace {
+
+ColumnName column_name(std::string_view text) {
+  const std::size_t open = text.find('[');
+  ColumnName column{lower(trim(text.substr(0, open))), ""};
+  if (open == std::string_view::npos) return column;
+  const std::string_view unit = text.substr(open + 1);
+  column.unit = lower(trim(unit.substr(0, unit.find(']'))));
+  return column;
+}
+
+}  // namespace
+
+std::vector<ColumnName> column_names(std::string_view head) {
+  std::vector<ColumnName> names;
+  if (head.find(',') == std::string_view::npos) {
+    for (const std::string_view name : split_fields(head)) names.push_back(column_name(name));
+    return names;
+  }
+  for (std::string_view rest = head; !rest.empty();) {
+    const std::size_t comma = std::min(rest.find(','), rest.size());
+    names.push_back(column_name(rest.substr(0, comma)));
+    rest.remove_prefix(std::min(comma + 1, rest.size()));
+  }
+  return names;
+}
+
+std::string list(const std::vector<ColumnName>& names) {
+  std::string text;
+  for (const ColumnName& column : names) text += (text.empty() ? "" : ", ") + column.name;
+  return text;
+}
+
+std::string_view first_field(const TextLine& line) {
+  const auto fields = split_fields(line.text, true);
+  return fields.empty() ? std::string_view() : fields.front();
+}
+
+std::vector<std::string_view> table_fields(std::string_view text) {
+  if (text.find(',') == std::string_view::npos) return split_fields(text);
+  std::vector<std::string_view> fields;
+  for (std::size_t comma = text.find(','); comma != std::string_view::npos; comma = text.find(',')) {
+    fields.push_back(trim(text.substr(0, comma)));
+    text.remove_prefix(comma + 1);
+  }
+  fields.push_back(trim(text));
+  return fields;
+}
+
+bool is_heading(const TextLine& line) {
+  const std::string_view first = first_field(line);
+  return !first.empty() &&
+         (std::isalpha(static_cast<unsigned char>(first.front())) != 0 || first.front() == '"' ||
+          first.front() == '%') &&
+         !parse_double(first);
+}
+
+Table read_table(const TextFile& file) {
+  Table table{file.head(), false, file.lines()};
+  table.has_heading = !table.rows.empty() && is_heading(table.rows.front());
+  if (!table.has_heading) return table;
+  table.head = table.rows.front().text;
+  table.rows.erase(table.rows.begin());
+  return table;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,294 @@
+#include "io/imu_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string_view>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/columns.h"
+#include "io/stamped_lines.h"
+#include "io/text_file.h"
+
+namespace plumbline {
+namespace {
+
+constexpr const char* kAdvice =
+    "write each sample as: timestamp,gyro_x,gyro_y,gyro_z,accelerometer_x,accelerometer_y,accelerometer_z (seconds, "
+    "rad/s, m/s^2; other units in square brackets after the name)";
+
+enum Sensor { kGyroscope, kAccelerometer, kMagnetometer, kSensors };
+
+/// Where in a line the readings stand, and by what to multiply them for rad/s, m/s² and µT.
+struct Layout {
+  std::size_t fields = 0, stamp = 0;
+  std::string stamp_unit;  ///< empty: to be found out
+  int stamp_decimals = 0;  ///< digits by which the stamps' point must move left for seconds
+  struct Triple {
+    std::array<std::size_t, 3> column{};
+    double factor = 1;
+  };
+  std::array<std::optional<Triple>, kSensors> sensors;
+};
+
+struct Unit {
+  std::string_view name;
+  double factor;
+};
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kGravity = 9.80665;
+constexpr std::array kUnits = {
+    std::array<Unit, 6>{
+        Unit{"rad/s", 1}, {"rads-1", 1}, {"deg/s", kDegree}, {"degs-1", kDegree}, {"°/s", kDegree}, {"dps", kDegree}},
+    std::array<Unit, 6>{
+        Unit{"m/s2", 1}, {"ms-2", 1}, {"m/s²", 1}, {"g", kGravity}, {"mg", kGravity * 1e-3}, {"g0", kGravity}},
+    std::array<Unit, 6>{Unit{"ut", 1}, {"µt", 1}, {"mt", 1e3}, {"t", 1e6}, {"g", 100}, {"gauss", 100}}};
+constexpr std::array<std::string_view, kSensors> kSensorNames = {"gyroscope", "accelerometer", "magnetometer"};
+
+double unit_factor(Sensor sensor, std::string unit, const TextFile& file) {
+  std::erase_if(unit, [](char c) { return c == ' ' || c == '^' || c == '*'; });
+  if (unit.empty()) return 1;
+  for (const Unit& known : kUnits[sensor])
+    if (unit == known.name) return known.factor;
+  throw Error(fmt::format("the unit [{}] of the {} is not known", unit, kSensorNames[sensor]), file.path(),
+              "give rad/s or deg/s, m/s^2 or g, uT or G");
+}
+
+/// Whose component a column is, and which one, 0…2.
+std::optional<std::pair<Sensor, int>> component_of(const std::string& name) {
+  if (name.empty() || name.back() < 'x' || name.back() > 'z') return std::nullopt;
+  std::string stem;
+  for (const char c : std::string_view(name).substr(0, name.size() - 1))
+    if (c != '_' && c != '.' && c != '/' && c != '-' && c != ' ') stem += c;
+  const auto has = [&](std::string_view part) { return stem.find(part) != std::string::npos; };
+  const int axis = name.back() - 'x';
+  if (has("bias") || has("cov")) return std::nullopt;
+  if (has("gyr") || has("angularvel") || has("angularrate") || has("rotationrate") || has("omega") || stem == "g" ||
+      stem == "w" || stem == "wrss")
+    return std::pair(kGyroscope, axis);
+  if (has("acc") || has("specificforce") || stem == "a" || stem == "arss") return std::pair(kAccelerometer, axis);
+  if (has("mag") || stem == "m") return std::pair(kMagnetometer, axis);
+  return std::nullopt;
+}
+
+/// Fills in what the names tell. Whether any name was one of a sensor.
+bool columns_by_name(const std::vector<ColumnName>& names, const TextFile& file, Layout* layout) {
+  std::array<std::array<int, 3>, kSensors> at;
+  for (auto& axes : at) axes.fill(-1);
+  bool any = false;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i].name.ends_with("header.stamp")) layout->stamp = i;
+    const auto component = component_of(names[i].name);
+    if (!component) continue;
+    any = true;
+    int& index = at[component->first][static_cast<std::size_t>(component->second)];
+    if (index < 0) index = static_cast<int>(i);
+  }
+  for (const Sensor sensor : {kGyroscope, kAccelerometer, kMagnetometer}) {
+    const auto& axes = at[sensor];
+    if (std::count(axes.begin(), axes.end(), -1) > 0) continue;
+    Layout::Triple triple;
+    for (std::size_t i = 0; i < 3; ++i) triple.column[i] = static_cast<std::size_t>(axes[i]);
+    triple.factor = unit_factor(sensor, names[triple.column[0]].unit, file);
+    layout->sensors[sensor] = triple;
+  }
+  layout->stamp_unit = names[layout->stamp].unit;
+  return any;
+}
+
+Layout::Triple three_from(std::size_t first) { return {{first, first + 1, first + 2}, 1}; }
+
+/// False if no known form has so many fields.
+bool columns_by_number(Layout* layout) {
+  auto& sensors = layout->sensors;
+  if (layout->fields == 4) {
+    sensors[kAccelerometer] = three_from(1);
+    return true;
+  }
+  if (layout->fields != 7 && layout->fields != 10 && layout->fields != 15) return false;
+  sensors[kGyroscope] = three_from(1);
+  sensors[kAccelerometer] = three_from(4);
+  if (layout->fields > 7) sensors[kMagnetometer] = three_from(7);
+  return true;
+}
+
+/// Digits by which the point of a stamp must move for seconds, by the unit's name.
+int stamp_decimals(const std::string& unit, const TextFile& file) {
+  for (const auto& [name, decimals] : {std::pair("s", 0), {"sec", 0}, {"ms", 3}, {"us", 6}, {"µs", 6}, {"ns", 9}})
+    if (unit == name) return decimals;
+  throw Error(fmt::format("the unit [{}] of the stamps is not known", unit), file.path(), "give s, ms, us or ns");
+}
+
+/// The same by the interval between the stamps, given that a sensor has 10 to 10000 readings a second: in each unit
+/// the intervals then lie in decades of their own.
+int guess_stamp_decimals(const std::vector<TextLine>& rows, std::size_t column) {
+  std::vector<double> intervals;
+  std::optional<double> before;
+  for (const TextLine& row : rows) {
+    const auto fields = table_fields(row.text);
+    const auto stamp = column < fields.size() ? parse_double(fields[column]) : std::nullopt;
+    if (stamp && before && *stamp > *before) intervals.push_back(*stamp - *before);
+    before = stamp;
+  }
+  if (intervals.empty()) return parse_double(first_field(rows.front())).value_or(0) > 1e15 ? 9 : 0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  constexpr double kLongest = 0.1;  // s
+  for (const int decimals : {0, 3, 6})
+    if (*middle <= kLongest * std::pow(10, decimals)) return decimals;
+  return 9;
+}
+
+Layout find_layout(const TextFile& file, const Table& table, std::vector<std::string>* notes) {
+  Layout layout;
+  layout.fields = table_fields(table.rows.front().text).size();
+  const std::vector<ColumnName> names = column_names(table.head);
+  const bool broad = table.head.starts_with("BROAD") && layout.fields == 15;
+  const bool named = !broad && names.size() == layout.fields && columns_by_name(names, file, &layout);
+  if (named && !layout.sensors[kAccelerometer])
+    throw Error(fmt::format("has no accelerometer among the columns {}", list(names)), file.path(), kAdvice);
+  if (!named && (!columns_by_number(&layout) || (layout.fields == 15 && !broad)))
+    file.fail(
+        table.rows.front(),
+        fmt::format("has {} fields, where a sample has 4, 7 or 10 (stamp, gyroscope, accelerometer, magnetometer)",
+                    layout.fields),
+        kAdvice);
+  if (!named && table.has_heading)
+    add_note(notes, fmt::format("the columns ({}) were taken for a stamp, {}the accelerometer", list(names),
+                                layout.fields > 4 ? "the gyroscope and " : ""));
+  layout.stamp_decimals = layout.stamp_unit.empty() ? guess_stamp_decimals(table.rows, layout.stamp)
+                                                    : stamp_decimals(layout.stamp_unit, file);
+  return layout;
+}
+
+/// The text of a number with its point moved to the left.
+std::string point_moved(std::string_view number, int decimals) {
+  const bool negative = number.starts_with('-');
+  if (negative) number.remove_prefix(1);
+  const std::size_t point = std::min(number.find('.'), number.size());
+  std::string digits(number.substr(0, point));
+  const auto wanted = static_cast<std::size_t>(decimals);
+  if (digits.size() < wanted) digits.insert(0, wanted - digits.size(), '0');
+  digits.insert(digits.size() - wanted, 1, '.');
+  if (point < number.size()) digits += number.substr(point + 1);
+  return (negative ? "-" : "") + digits;
+}
+
+Nanoseconds parse_stamp(const TextFile& file, const TextLine& line, std::string_view text, int decimals) {
+  if (decimals == 0) return stamp_of(file, line, text, kAdvice);
+  std::optional<Nanoseconds> time;
+  if (text.find_first_not_of("-0123456789.") == std::string_view::npos && !text.empty()) {
+    time = parse_seconds(point_moved(text, decimals));
+  } else if (const auto value = parse_double(text); value && std::abs(*value * std::pow(10, -decimals)) < 9e9) {
+    time = from_seconds(*value * std::pow(10, -decimals));
+  }
+  if (!time) file.fail(line, fmt::format("'{}' is not a time", text), kAdvice);
+  return *time;
+}
+
+Eigen::Vector3d parse_triple(const TextFile& file, const TextLine& line, const std::vector<std::string_view>& fields,
+                             const Layout::Triple& triple, bool may_be_empty) {
+  Eigen::Vector3d v;
+  for (int i = 0; i < 3; ++i) {
+    const std::string_view field = fields[triple.column[static_cast<std::size_t>(i)]];
+    const auto value = may_be_empty && field.empty() ? std::nan("") : parse_double(field);
+    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kAdvice);
+    v[i] = *value * triple.factor;
+  }
+  return v;
+}
+
+ImuSample parse_sample(const TextFile& file, const TextLine& line, const std::vector<std::string_view>& fields,
+                       const Layout& layout) {
+  if (fields.size() != layout.fields)
+    file.fail(line, fmt::format("has {} fields where the lines before have {}", fields.size(), layout.fields), kAdvice);
+  ImuSample sample;
+  sample.time = parse_stamp(file, line, fields[layout.stamp], layout.stamp_decimals);
+  const auto& sensors = layout.sensors;
+  if (sensors[kGyroscope]) sample.angular_rate = parse_triple(file, line, fields, *sensors[kGyroscope], false);
+  sample.specific_force = parse_triple(file, line, fields, *sensors[kAccelerometer], false);
+  if (sensors[kMagnetometer]) {
+    const Eigen::Vector3d field = parse_triple(file, line, fields, *sensors[kMagnetometer], true);
+    if (field.allFinite()) sample.magnetic_field = field;
+  }
+  return sample;
+}
+
+/// At rest a sensor feels 9.8 m/s²; half of the time a hand-held one feels little else.
+void check_force(const std::vector<ImuSample>& samples, std::vector<std::string>* notes) {
+  std::vector<double> norms;
+  norms.reserve(samples.size());
+  for (const ImuSample& sample : samples) norms.push_back(sample.specific_force.norm());
+  const auto middle = norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 2);
+  std::nth_element(norms.begin(), middle, norms.end());
+  if (*middle >= 0.5 * kGravity && *middle <= 1.5 * kGravity) return;
+  add_note(notes,
+           fmt::format("the accelerometer reads {:.3g} m/s^2 in the median, where gravity alone is 9.8: {}", *middle,
+                       *middle > 0.5 && *middle < 1.5 ? "it seems to be in g; say accelerometer_x [g] in the heading"
+                                                      : "gravity seems to be taken out, or the unit is another"));
+}
+
+}  // namespace
+
+ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) {
+  const TextFile file(path);
+  const Table table = read_table(file);
+  if (table.rows.empty()) throw Error("has no readings of an inertial sensor", path, kAdvice);
+  const Layout layout = find_layout(file, table, notes);
+
+  ImuRecording recording;
+  recording.has_gyroscope = layout.sensors[kGyroscope].has_value();
+  recording.samples.reserve(table.rows.size());
+  std::size_t not_finite = 0;
+  for (const TextLine& line : table.rows) {
+    const std::vector<std::string_view> fields = table_fields(line.text);
+    try {
+      const ImuSample sample = parse_sample(file, line, fields, layout);
+      const bool finite = sample.angular_rate.allFinite() && sample.specific_force.allFinite();
+      if (finite) recording.samples.push_back(sample);
+      not_finite += finite ? 0 : 1;
+    } catch (const Error&) {
+      if (!is_half_written(line, fields.size() < layout.fields)) throw;
+      note_half_written(notes, line);
+    }
+  }
+  const std::string lost = fmt::format("{} of {} samples are not finite", not_finite, table.rows.size());
+  if (not_finite > recording.samples.size()) throw Error(lost, path, kAdvice);
+  if (not_finite > 0) add_note(notes, lost + " and were left out");
+  if (recording.samples.empty()) throw Error("has no readings of an inertial sensor", path, kAdvice);
+  recording.has_magnetometer = std::any_of(recording.samples.begin(), recording.samples.end(),
+                                           [](const ImuSample& s) { return s.magnetic_field.has_value(); });
+  sort_and_thin(&recording.samples, "samples", notes);
+  check_force(recording.samples, notes);
+  return recording;
+}
+
+void write_imu(const std::string& path, const ImuRecording& recording) {
+  AtomicFile file(path);
+  std::string head = "timestamp";
+  const auto columns = [&](const char* sensor) {
+    for (const char axis : {'x', 'y', 'z'}) head += fmt::format(",{}_{}", sensor, axis);
+  };
+  if (recording.has_gyroscope) columns("gyro");
+  columns("accelerometer");
+  if (recording.has_magnetometer) columns("magnetometer");
+  file.write(head + "\n");
+  std::string row;
+  const auto add = [&](const Eigen::Vector3d& v) { row += fmt::format(",{:.9g},{:.9g},{:.9g}", v.x(), v.y(), v.z()); };
+  for (const ImuSample& sample : recording.samples) {
+    row = format_seconds(sample.time, 9);
+    if (recording.has_gyroscope) add(sample.angular_rate);
+    add(sample.specific_force);
+    if (recording.has_magnetometer && sample.magnetic_field) add(*sample.magnetic_field);
+    if (recording.has_magnetometer && !sample.magnetic_field) row += ",,,";
+    file.write(row + "\n");
+  }
+  file.commit();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,35 @@
+// Raw readings of an inertial sensor as text files.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/imu_sample.h"
+
+namespace plumbline {
+
+/// Reads one sample a line, fields between commas or blanks; a gzipped file is unpacked on the way. What the columns
+/// are is told by the heading, or by the last comment before the first line, where that names them (gyro_x, w_RS_S_x,
+/// angular_velocity.x, acc_x, a_RS_S_x, ax, mag_x, …), else by their number:
+///
+///     timestamp,gyro_x,…,accelerometer_x,…,magnetometer_x,…   seconds; what `plumbline simulate` writes
+///     #timestamp [ns],w_RS_S_x [rad s^-1],…,a_RS_S_z [m s^-2]  EuRoC's and TUM VI's imu0/data.csv
+///     t,gx,gy,gz,ax,ay,az                                      FMDataset's imu file, milliseconds
+///     # timestamp ax ay az                                     TUM RGB-D's accelerometer.txt, seconds
+///     # BROAD … with 15 columns                                a trial of BROAD (Laidig et al. 2021) as csv
+///
+/// Units in square brackets count (s, ms, us, ns; rad/s, deg/s; m/s^2, g; uT, mT, T, G); without them rad/s, m/s² and
+/// µT are taken, and the unit of the stamps follows from their interval: a sensor has 10 to 10000 readings a second.
+///
+/// Samples whose rate or force is not finite are left out with a note; a magnetic field that is not finite, or whose
+/// fields are empty, is no reading. Unsorted samples are sorted, of doubled stamps the first is kept, a half-written
+/// last line is left out; each is told in `notes` where that is given, as is a force that cannot be in m/s². Throws
+/// Error with file and line for lines that are not of the form, for a file without samples, for one without an
+/// accelerometer, for unknown units, and where more than half of the samples are left out.
+ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes = nullptr);
+
+/// Writes the first of these forms, with columns for the sensors that the recording has, so that samples read back to
+/// nine digits; an empty magnetic field is three empty fields. Throws Error if the file cannot be written whole.
+void write_imu(const std::string& path, const ImuRecording& recording);
+
+}  // namespace plumbline

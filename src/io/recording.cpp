@@ -1,0 +1,50 @@
+#include "io/recording.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.h"
+#include "io/matroska.h"
+#include "io/rosbag.h"
+
+namespace plumbline {
+
+RandomAccessFile::RandomAccessFile(const std::string& path)
+    : path_(path), fd_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  struct stat status {};
+  if (fd_ < 0 || fstat(fd_, &status) != 0) {
+    const int error = errno;
+    if (fd_ >= 0) close(fd_);
+    throw Error(std::string("cannot be read: ") + std::strerror(error), path, "check the path");
+  }
+  size_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+RandomAccessFile::~RandomAccessFile() { close(fd_); }
+
+std::string RandomAccessFile::read(std::uint64_t offset, std::size_t size) const {
+  if (offset > size_ || size > size_ - offset) throw Error("ends early", path_, "copy the file again");
+  std::string bytes(size, '\0');
+  for (std::size_t done = 0; done < size;) {
+    const ssize_t n = pread(fd_, bytes.data() + done, size - done, static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw Error("ends early or cannot be read", path_, "copy the file again");
+    done += static_cast<std::size_t>(n);
+  }
+  return bytes;
+}
+
+std::unique_ptr<Sequence> open_recording(const std::string& path, const SequenceOptions& options) {
+  const RandomAccessFile file(path);
+  const std::string first = file.read(0, std::min<std::uint64_t>(file.size(), 16));
+  if (is_matroska(first)) return open_kinect_recording(path, options);
+  if (is_rosbag(first)) return open_ros_bag(path, options);
+  throw Error("is no recording that can be read", path,
+              "give a folder of depth images, a recording of an Azure Kinect (.mkv), or a ROS 1 bag");
+}
+
+}  // namespace plumbline

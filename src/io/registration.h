@@ -1,0 +1,21 @@
+// Colour of a second camera, as the depth camera would see it.
+#pragma once
+
+#include "core/image.h"
+#include "core/pinhole.h"
+#include "core/se3.h"
+
+namespace plumbline {
+
+struct ColorRegistration {
+  Pinhole depth, color;  ///< `depth` of images without distortion
+  Distortion color_distortion;
+  SE3 color_from_depth;  ///< metres
+
+  /// An image of the depth camera's size: each reading's point is looked up in `image` between its pixels. Black where
+  /// there is no reading or the colour camera does not see the point. Points that are hidden from the colour camera
+  /// alone get the colour of what hides them, as everywhere where two lenses stand a few centimetres apart.
+  ColorImage apply(const DepthImage& readings, double depth_scale, const ColorImage& image) const;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,196 @@
+#include "io/rosbag.h"
+
+#include <bzlib.h>
+#include <fmt/format.h>
+#include <lz4frame.h>
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "core/error.h"
+#include "io/stamped_lines.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
+constexpr std::uint32_t kMaxHeader = 1 << 20, kMaxChunk = 1u << 28;
+constexpr std::uint32_t kMaxConnections = 1 << 16;
+constexpr std::size_t kCachedChunks = 4;
+constexpr const char* kAdvice = "copy the bag again, or repair it with `rosbag reindex`";
+enum Op : unsigned char { kMessage = 2, kChunk = 5, kConnection = 7 };
+
+std::uint32_t u32(std::string_view bytes) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data(), 4);
+  return value;
+}
+
+/// A record within a text of records; `rest` goes on behind it. False if the text ends before the record does.
+struct Record {
+  std::string_view header, data;
+};
+bool take_record(std::string_view* rest, Record* record) {
+  for (std::string_view* part : {&record->header, &record->data}) {
+    if (rest->size() < 4 || rest->size() - 4 < u32(*rest)) return false;
+    *part = rest->substr(4, u32(*rest));
+    rest->remove_prefix(4 + part->size());
+  }
+  return true;
+}
+
+/// The value of a field "name=value" of a header.
+std::optional<std::string_view> field(std::string_view header, std::string_view name) {
+  while (header.size() >= 4 && header.size() - 4 >= u32(header)) {
+    const std::string_view text = header.substr(4, u32(header));
+    if (text.size() > name.size() && text.starts_with(name) && text[name.size()] == '=')
+      return text.substr(name.size() + 1);
+    header.remove_prefix(4 + text.size());
+  }
+  return std::nullopt;
+}
+
+std::optional<std::uint32_t> number_field(std::string_view header, std::string_view name) {
+  const auto value = field(header, name);
+  return value && value->size() >= 4 ? std::optional<std::uint32_t>(u32(*value)) : std::nullopt;
+}
+
+int op_of(std::string_view header) {
+  const auto op = field(header, "op");
+  return op && op->size() == 1 ? static_cast<unsigned char>(op->front()) : -1;
+}
+
+bool unpack_bz2(const std::string& stored, std::string* bytes) {
+  auto size = static_cast<unsigned>(bytes->size());
+  const int status = BZ2_bzBuffToBuffDecompress(bytes->data(), &size, const_cast<char*>(stored.data()),
+                                                static_cast<unsigned>(stored.size()), 0, 0);
+  return status == BZ_OK && size == bytes->size();
+}
+
+bool unpack_lz4(const std::string& stored, std::string* bytes) {
+  LZ4F_dctx* context = nullptr;
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION))) return false;
+  const std::unique_ptr<LZ4F_dctx, LZ4F_errorCode_t (*)(LZ4F_dctx*)> owner(context, &LZ4F_freeDecompressionContext);
+  std::size_t in = 0, out = 0;
+  for (;;) {
+    std::size_t taken = stored.size() - in, made = bytes->size() - out;
+    const std::size_t hint = LZ4F_decompress(context, bytes->data() + out, &made, stored.data() + in, &taken, nullptr);
+    if (LZ4F_isError(hint)) return false;
+    in += taken;
+    out += made;
+    if (hint == 0) return out == bytes->size();
+    if (taken == 0 && made == 0) return false;
+  }
+}
+
+}  // namespace
+
+bool is_rosbag(std::string_view bytes) { return bytes.starts_with(kMagic); }
+
+void Bag::fail(const std::string& what) const { throw Error(what, file_.path(), kAdvice); }
+
+Bag::Bag(const std::string& path, std::vector<std::string>* notes) : file_(path) {
+  if (!is_rosbag(file_.read(0, std::min<std::uint64_t>(file_.size(), kMagic.size())))) fail("is no bag of format 2.0");
+  std::uint64_t at = kMagic.size();
+  try {
+    while (at < file_.size()) add_record(&at);
+  } catch (const Error& error) {
+    const bool any = std::any_of(topics_.begin(), topics_.end(), [](const BagTopic& t) { return !t.messages.empty(); });
+    if (!any) throw;
+    add_note(notes, "the bag ends early or is damaged; it is read up to there");
+  }
+}
+
+/// One at the top of the file, of which chunks, messages and connections are looked at.
+void Bag::add_record(std::uint64_t* at) {
+  const auto length = [&](std::uint64_t where, std::uint32_t limit) {
+    const std::uint32_t size = u32(file_.read(where, 4));
+    if (size > limit || size > file_.size() - where - 4) fail("ends early or is damaged");
+    return size;
+  };
+  const std::uint32_t header_size = length(*at, kMaxHeader);
+  const std::string header = file_.read(*at + 4, header_size);
+  const std::uint64_t data_at = *at + 4 + header_size;
+  const std::uint32_t data_size = length(data_at, ~std::uint32_t{0});
+  *at = data_at + 4 + data_size;
+  const int op = op_of(header);
+  if (op == kConnection && data_size <= kMaxHeader) add_connection(header, file_.read(data_at + 4, data_size));
+  if (op == kChunk) {
+    const auto compression = field(header, "compression");
+    const auto size = number_field(header, "size");
+    if (!compression || !size || *size > kMaxChunk) fail("is damaged: a chunk says nothing of its size");
+    add_chunk({data_at + 4, data_size, *size, std::string(*compression)});
+  }
+  if (op == -1) fail("is damaged");
+  if (field(header, "encryptor").value_or("").size() > 0) fail("is encrypted");
+}
+
+void Bag::add_connection(std::string_view header, std::string_view data) {
+  const auto connection = number_field(header, "conn");
+  const auto topic = field(header, "topic"), type = field(data, "type");
+  if (!connection || *connection >= kMaxConnections || !topic || !type) fail("is damaged: a topic without a name");
+  if (topic_of_connection_.size() <= *connection) topic_of_connection_.resize(*connection + 1, -1);
+  if (topic_of_connection_[*connection] >= 0) return;
+  const auto known = std::find_if(topics_.begin(), topics_.end(),
+                                  [&](const BagTopic& t) { return t.name == *topic && t.type == *type; });
+  topic_of_connection_[*connection] = known - topics_.begin();
+  if (known == topics_.end()) topics_.push_back({std::string(*topic), std::string(*type), {}});
+}
+
+void Bag::add_chunk(const Chunk& chunk) {
+  const auto index = static_cast<std::uint32_t>(chunks_.size());
+  const std::string bytes = unpack(chunk);
+  chunks_.push_back(chunk);
+  std::string_view rest = bytes;
+  for (Record record; take_record(&rest, &record);) {
+    const int op = op_of(record.header);
+    if (op == kConnection) add_connection(record.header, record.data);
+    if (op != kMessage) continue;
+    const auto connection = number_field(record.header, "conn");
+    const auto time = field(record.header, "time");
+    if (!connection || *connection >= topic_of_connection_.size() || topic_of_connection_[*connection] < 0 || !time ||
+        time->size() != 8)
+      fail("is damaged: a message of no topic");
+    const Nanoseconds stamp = u32(*time) * kNanosecondsPerSecond + u32(time->substr(4));
+    topics_[static_cast<std::size_t>(topic_of_connection_[*connection])].messages.push_back(
+        {stamp, index, static_cast<std::uint32_t>(record.data.data() - bytes.data()),
+         static_cast<std::uint32_t>(record.data.size())});
+  }
+  if (!rest.empty()) fail("is damaged: a chunk ends within a message");
+}
+
+std::string Bag::unpack(const Chunk& chunk) const {
+  std::string stored = file_.read(chunk.offset, chunk.stored);
+  if (chunk.compression == "none") return stored;
+  std::string bytes(chunk.size, '\0');
+  if (chunk.compression != "bz2" && chunk.compression != "lz4")
+    fail(fmt::format("has a chunk packed with '{}', which is not known", chunk.compression));
+  const bool good = chunk.compression == "bz2" ? unpack_bz2(stored, &bytes) : unpack_lz4(stored, &bytes);
+  if (!good) fail("is damaged: a chunk cannot be unpacked");
+  return bytes;
+}
+
+std::shared_ptr<const std::string> Bag::unpacked(std::uint32_t chunk) const {
+  {
+    const std::scoped_lock lock(mutex_);
+    for (const Cached& cached : cache_)
+      if (cached.chunk == chunk) return cached.bytes;
+  }
+  auto bytes = std::make_shared<const std::string>(unpack(chunks_.at(chunk)));
+  const std::scoped_lock lock(mutex_);
+  if (cache_.size() >= kCachedChunks) cache_.erase(cache_.begin());
+  cache_.push_back({chunk, bytes});
+  return bytes;
+}
+
+BagBytes Bag::read(const BagMessage& message) const {
+  BagBytes result{unpacked(message.chunk), {}};
+  if (message.offset > result.chunk->size() || message.size > result.chunk->size() - message.offset)
+    fail("has changed while it was read");
+  result.bytes = std::string_view(*result.chunk).substr(message.offset, message.size);
+  return result;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,162 @@
+#include "fuzz/targets.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <stdexcept>
+
+#include "core/config.h"
+#include "core/error.h"
+#include "io/camera.h"
+#include "io/imu_file.h"
+#include "io/jpeg.h"
+#include "io/kinect_calibration.h"
+#include "io/mesh.h"
+#include "io/orientation_file.h"
+#include "io/png.h"
+#include "io/sequence.h"
+#include "io/sequence_list.h"
+#include "io/trajectory.h"
+
+namespace plumbline::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Bytes as a file in memory.
+class MemoryFile {
+ public:
+  explicit MemoryFile(std::string_view bytes) : fd_(memfd_create("input", MFD_CLOEXEC)) {
+    if (fd_ < 0 || write(fd_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
+      throw std::runtime_error("no file in memory could be made");
+  }
+  ~MemoryFile() { close(fd_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  std::string path() const { return "/proc/self/fd/" + std::to_string(fd_); }
+
+ private:
+  int fd_;
+};
+
+/// A folder with one file of these bytes, and a few empty ones beside it for lists to name.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "plumbline_fuzz_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder could be made");
+    path_ = name;
+    for (const char* file : {"depth/1.png", "depth/2.png", "rgb/1.png"}) {
+      fs::create_directories((path_ / file).parent_path());
+      std::ofstream(path_ / file) << "";
+    }
+  }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  std::string with(const char* name, std::string_view bytes) const {
+    std::ofstream(path_ / name, std::ios::binary) << bytes;
+    return path_.string();
+  }
+
+ private:
+  fs::path path_;
+};
+
+void open_and_read(std::string_view bytes) {
+  const MemoryFile file(bytes);
+  const auto sequence = open_sequence(file.path());
+  try {
+    sequence->read_imu();
+  } catch (const Error&) {  // the frames may still be good
+  }
+  if (sequence->size() > 0) sequence->read(sequence->size() - 1);
+}
+
+void list_folder(const char* name, std::string_view bytes) {
+  static const Folder folder;
+  list_sequence(folder.with(name, bytes), {});
+}
+
+void camera(std::string_view bytes) {
+  static const Folder folder;
+  choose_camera({}, {folder.with("camera-intrinsics.txt", bytes), "", false, 640, 480, {}});
+}
+
+void png(std::string_view bytes) {
+  read_png_header(bytes, "x");
+  try {
+    decode_depth_png(bytes, "x");
+  } catch (const Error&) {  // most PNG files are no depth
+  }
+  decode_color_png(bytes, "x");
+}
+
+void jpeg(std::string_view bytes) {
+  read_jpeg_header(bytes, "x");
+  decode_jpeg(bytes, "x");
+}
+
+void toml(std::string_view bytes) {
+  Parameters parameters;
+  parse_parameters(bytes, "x", &parameters);
+}
+
+struct Target {
+  const char* name;
+  std::function<void(std::string_view)> run;
+};
+
+std::function<void(std::string_view)> on_file(void (*read)(const std::string&)) {
+  return [read](std::string_view bytes) { read(MemoryFile(bytes).path()); };
+}
+
+const std::vector<Target>& targets() {
+  static const std::vector<Target> list = {
+      {"bag", open_and_read},
+      {"calibration",
+       [](std::string_view bytes) { parse_kinect_calibration(bytes, "NFOV_UNBINNED", 640, 576, 1280, 720, "x"); }},
+      {"camera", camera},
+      {"imu", on_file([](const std::string& path) { read_imu(path); })},
+      {"jpeg", jpeg},
+      {"list", [](std::string_view bytes) { list_folder("depth.txt", bytes); }},
+      {"mkv", open_and_read},
+      {"obj", on_file([](const std::string& path) { read_obj(path); })},
+      {"orientation", on_file([](const std::string& path) { read_orientations(path, {}); })},
+      {"ply", on_file([](const std::string& path) { read_ply(path); })},
+      {"png", png},
+      {"toml", toml},
+      {"trajectory", on_file([](const std::string& path) { read_tum_trajectory(path); })}};
+  return list;
+}
+
+}  // namespace
+
+std::vector<std::string> target_names() {
+  std::vector<std::string> names;
+  for (const Target& target : targets()) names.emplace_back(target.name);
+  return names;
+}
+
+bool run_target(std::string_view name, std::string_view bytes) {
+  for (const Target& target : targets()) {
+    if (name != target.name) continue;
+    try {
+      target.run(bytes);
+    } catch (const Error&) {
+    }
+    return true;
+  }
+  return false;
+}
+
+}  // namespace plumbline::fuzz

@@ -1,0 +1,218 @@
+#include "io/imu_file.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "support/data.h"
+#include "temp_folder.h"
+
+namespace plumbline {
+namespace {
+
+using Eigen::Vector3d;
+using test::error_of;
+using test::TempFolder;
+using test::write_text;
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+ImuRecording read_from_text(std::string_view text, std::vector<std::string>* notes = nullptr) {
+  const TempFolder folder;
+  write_text(folder / "imu.csv", text);
+  return read_imu(folder / "imu.csv", notes);
+}
+
+// Every file below says these two samples, the second 5 ms later.
+constexpr Nanoseconds kFirst = 1403636579758555392, kSecond = kFirst + 5'000'000;
+const Vector3d kRate(-0.1, 0.2, 0.3), kForce(8, -0.4, -5.6), kField(1, 20, -44);
+
+void expect_samples(const ImuRecording& r, Nanoseconds first = kFirst, bool gyroscope = true,
+                    bool magnetometer = false) {
+  ASSERT_EQ(r.samples.size(), 2U);
+  EXPECT_EQ(r.samples[0].time, first);
+  EXPECT_EQ(r.samples[1].time, first + 5'000'000);
+  EXPECT_EQ(r.has_gyroscope, gyroscope);
+  EXPECT_EQ(r.has_magnetometer, magnetometer);
+  for (const ImuSample& sample : r.samples) {
+    EXPECT_TRUE(sample.angular_rate.isApprox(gyroscope ? kRate : Vector3d::Zero(), 1e-9)) << sample.angular_rate;
+    EXPECT_TRUE(sample.specific_force.isApprox(kForce, 1e-9)) << sample.specific_force;
+    ASSERT_EQ(sample.magnetic_field.has_value(), magnetometer);
+    EXPECT_TRUE(!magnetometer || sample.magnetic_field->isApprox(kField, 1e-9));
+  }
+}
+
+std::string rows(const char* first, const char* second, const std::string& rest) {
+  return first + rest + "\n" + second + rest + "\n";
+}
+
+TEST(Imu, ReadsEuRoC) {
+  std::vector<std::string> notes;
+  const std::string body = rows("1403636579758555392", "1403636579763555392", ",-0.1,0.2,0.3,8,-0.4,-5.6");
+  const std::string head =
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+  expect_samples(read_from_text(head + body, &notes));
+  expect_samples(read_from_text(body, &notes));  // without a heading: by the number of fields and the interval
+  EXPECT_THAT(notes, IsEmpty());
+}
+
+TEST(Imu, ReadsTumAccelerometer) {
+  expect_samples(read_from_text("# accelerometer data\n# file: 'x.bag'\n# timestamp ax ay az\n"
+                                "1305031098.382263 8 -0.4 -5.6\n1305031098.387263 8 -0.4 -5.6\n"),
+                 1305031098382263000, false);
+}
+
+TEST(Imu, ReadsFmDataset) {
+  // Stamp, gyroscope, accelerometer, in milliseconds; a heading, whatever its words.
+  std::vector<std::string> notes;
+  const std::string body = rows("60123.25", "60128.25", ",-0.1,0.2,0.3,8,-0.4,-5.6");
+  expect_samples(read_from_text("timestamp,rx,ry,rz,tx,ty,tz\n" + body, &notes), 60'123'250'000);
+  EXPECT_THAT(notes,
+              ElementsAre(HasSubstr("(timestamp, rx, ry, rz, tx, ty, tz) were taken for a stamp, the gyroscope")));
+}
+
+TEST(Imu, ReadsWhatSimulateAndWriteImuWrite) {
+  const TempFolder folder;
+  ImuRecording r{{{kFirst, kRate, kForce, kField}, {kSecond, kRate, kForce, kField}}, true, true};
+  write_imu(folder / "a.csv", r);
+  EXPECT_THAT(test::read_text(folder / "a.csv"), HasSubstr("timestamp,gyro_x,gyro_y,gyro_z,accelerometer_x,"
+                                                           "accelerometer_y,accelerometer_z,magnetometer_x,"));
+  std::vector<std::string> notes;
+  expect_samples(read_imu(folder / "a.csv", &notes), kFirst, true, true);
+  EXPECT_THAT(notes, IsEmpty());
+
+  r.samples[0].magnetic_field.reset();  // three empty fields
+  write_imu(folder / "b.csv", r);
+  const ImuRecording b = read_imu(folder / "b.csv");
+  EXPECT_FALSE(b.samples[0].magnetic_field);
+  EXPECT_TRUE(b.samples[1].magnetic_field);
+
+  r.has_gyroscope = r.has_magnetometer = false;
+  write_imu(folder / "c.csv", r);
+  expect_samples(read_imu(folder / "c.csv"), kFirst, false);
+}
+
+TEST(Imu, GoesByNamesAndUnits) {
+  const std::string turned =
+      fmt::format(",{},{},{}", kForce.x() / 9.80665, kForce.y() / 9.80665, kForce.z() / 9.80665) +
+      fmt::format(",{},{},{}", kRate.x() * 180 / std::numbers::pi, kRate.y() * 180 / std::numbers::pi,
+                  kRate.z() * 180 / std::numbers::pi);
+  const std::string head = "time [us],acc_x [g],acc_y [g],acc_z [g],gyr_x [deg/s],gyr_y [deg/s],gyr_z [deg/s],";
+  expect_samples(
+      read_from_text(head + "mag_x [G],mag_y [G],mag_z [G]\n" + rows("1000000", "1005000", turned + ",0.01,0.2,-0.44")),
+      1'000'000'000, true, true);
+  // rostopic echo -p: the message's stamp, not the time of its arrival.
+  expect_samples(
+      read_from_text("%time,field.header.seq,field.header.stamp,field.angular_velocity.x,"
+                     "field.angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,"
+                     "field.linear_acceleration.y,field.linear_acceleration.z\n" +
+                     rows("1403636579759000000,1,1403636579758555392", "1403636579764000000,2,1403636579763555392",
+                          ",-0.1,0.2,0.3,8,-0.4,-5.6")));
+}
+
+TEST(Imu, FindsTheUnitOfTheStamps) {
+  const std::string rest = ",-0.1,0.2,0.3,8,-0.4,-5.6";
+  expect_samples(read_from_text(rows("12.5", "12.505", rest)), 12'500'000'000);
+  expect_samples(read_from_text(rows("12500", "12505", rest)), 12'500'000'000);
+  expect_samples(read_from_text(rows("12500000", "12505000", rest)), 12'500'000'000);
+  expect_samples(read_from_text(rows("12500000000", "12505000000", rest)), 12'500'000'000);
+  expect_samples(read_from_text(rows("0.25", "5.25", rest)), 250'000);
+}
+
+TEST(Imu, TellsOfWhatItLeavesOut) {
+  std::vector<std::string> notes;
+  const ImuRecording r = read_from_text(
+      "timestamp,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z,mag_x,mag_y,mag_z\n"
+      "3,0,0,0,0,0,9.8,nan,nan,nan\n2.99,0,0,0,0,0,9.8,1,2,3\n2.99,0,0,0,0,0,1,,,\n2.98,nan,0,0,0,0,9.8,1,2,3\n"
+      "3.01,0,0,0,0,0,9.8,1,2,3\n3.02,0,0,0,0,0",
+      &notes);
+  ASSERT_EQ(r.samples.size(), 3U);
+  EXPECT_EQ(r.samples[0].specific_force.z(), 9.8);
+  EXPECT_TRUE(r.samples[0].magnetic_field);
+  EXPECT_FALSE(r.samples[1].magnetic_field);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("half-written"), HasSubstr("1 of 6 samples are not finite"),
+                                 HasSubstr("not in order"), HasSubstr("1 samples with the stamp of an earlier")));
+}
+
+TEST(Imu, DoubtsAForceInOtherUnits) {
+  std::vector<std::string> notes;
+  read_from_text("0 0 0 1\n0.01 0 0 1\n", &notes);
+  EXPECT_THAT(notes, ElementsAre(AllOf(HasSubstr("1 m/s^2 in the median"), HasSubstr("in g"))));
+  notes.clear();
+  read_from_text("0 0 0 0.1\n0.01 0 0 0.1\n", &notes);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("gravity seems to be taken out")));
+}
+
+TEST(Imu, RefusesWhatIsNoImuFile) {
+  EXPECT_THAT(error_of([] { read_from_text(""); }), HasSubstr("no readings"));
+  EXPECT_THAT(error_of([] { read_from_text("timestamp,gyro_x\n"); }), HasSubstr("no readings"));
+  EXPECT_THAT(error_of([] { read_from_text("1 2 3\n2 2 3\n"); }), HasSubstr("imu.csv:1: has 3 fields"));
+  EXPECT_THAT(error_of([] { read_from_text("1,0,0,0,0,0,9.8\n1.01,0,0,x,0,0,9.8\n1.02,0,0,0,0,0,9.8\n"); }),
+              AllOf(HasSubstr("imu.csv:2: 'x' is not a number"), HasSubstr("timestamp,gyro_x")));
+  EXPECT_THAT(error_of([] { read_from_text("1,0,0,0,0,0,9.8\n1.01,0,0,0,0,0\n1.02,0,0,0,0,0,9.8\n"); }),
+              HasSubstr("imu.csv:2: has 6 fields where the lines before have 7"));
+  EXPECT_THAT(error_of([] { read_from_text("1,0,0,0,0,0,9.8\n1.01s,0,0,0,0,0,9\n1.02,0,0,0,0,0,9.8\n"); }),
+              HasSubstr("'1.01s' is not a time"));
+  EXPECT_THAT(error_of([] { read_from_text("t,gyro_x,gyro_y,gyro_z\n1,0,0,0\n"); }), HasSubstr("no accelerometer"));
+  EXPECT_THAT(error_of([] { read_from_text("t,acc_x [mm/h],acc_y [mm/h],acc_z [mm/h]\n1,0,0,0\n"); }),
+              HasSubstr("the unit [mm/h] of the accelerometer is not known"));
+  EXPECT_THAT(error_of([] { read_from_text("t [h],acc_x,acc_y,acc_z\n1,0,0,0\n"); }),
+              HasSubstr("unit [h] of the stamps"));
+  EXPECT_THAT(error_of([] { read_from_text("0,nan,0,0\n1,nan,0,0\n2,0,0,9.8\n"); }), HasSubstr("2 of 3 samples"));
+}
+
+TEST(Imu, UnpacksGzip) {
+  const TempFolder folder;
+  const std::string text = "0 0 0 9.8\n0.01 0 0 9.8\n";
+  const std::string path = folder / "a.gz";
+  for (const char* mode : {"wb", "ab"}) {  // two members
+    const gzFile file = gzopen(path.c_str(), mode);
+    ASSERT_NE(file, nullptr);
+    ASSERT_EQ(gzwrite(file, text.data(), static_cast<unsigned>(text.size())), static_cast<int>(text.size()));
+    ASSERT_EQ(gzclose(file), Z_OK);
+  }
+  std::vector<std::string> notes;
+  EXPECT_EQ(read_imu(path, &notes).samples.size(), 2U);
+  EXPECT_THAT(notes, Contains(HasSubstr("2 samples with the stamp")));
+  std::string bytes = test::read_text(path);
+  write_text(folder / "short.gz", bytes.substr(0, bytes.size() - 5));
+  EXPECT_THAT(error_of([&] { read_imu(folder / "short.gz"); }), HasSubstr("ends early"));
+  bytes[12] = static_cast<char>(~bytes[12]);
+  write_text(folder / "bad.gz", bytes);
+  EXPECT_THAT(error_of([&] { read_imu(folder / "bad.gz"); }), AnyOf(HasSubstr("is damaged"), HasSubstr("ends early")));
+}
+
+TEST(Imu, ReadsBroadTrials) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "imu/broad");
+  std::vector<std::string> notes;
+  const ImuRecording r = read_imu((folder / "03_undisturbed_slow_rotation_C.csv.gz").string(), &notes);
+  EXPECT_THAT(notes, IsEmpty());
+  EXPECT_TRUE(r.has_gyroscope && r.has_magnetometer);
+  ASSERT_EQ(r.samples.size(), 58412U);
+  // The first line, as it stands in the file.
+  EXPECT_EQ(r.samples[0].time, 0);
+  EXPECT_EQ(r.samples[0].angular_rate, Vector3d(0.0074578, -0.0042603, -0.0074578));
+  EXPECT_EQ(r.samples[0].specific_force, Vector3d(0.019462, -0.097036, 9.7857));
+  EXPECT_EQ(r.samples[0].magnetic_field, Vector3d(0.9771, 16.904, -41.017));
+}
+
+TEST(Imu, ReadsTumRecordings) {
+  PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_xyz");
+  std::vector<std::string> notes;
+  const ImuRecording r = read_imu((folder / "accelerometer.txt").string(), &notes);
+  EXPECT_FALSE(r.has_gyroscope);
+  EXPECT_FALSE(r.has_magnetometer);
+  EXPECT_EQ(r.samples[0].time, 1305031098382263000);
+  EXPECT_EQ(r.samples[0].specific_force, Vector3d(-0.478957, 8.010560, -4.166928));
+  EXPECT_GT(r.samples.size(), 10000U);
+}
+
+}  // namespace
+}  // namespace plumbline
