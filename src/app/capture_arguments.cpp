@@ -80,6 +80,7 @@ std::optional<std::string> SilenceWatch::observe(const capture::GrabberStatus& s
 }
 
 double RateMeter::update(std::uint64_t count, double seconds) {
+  if (seconds_ == 0 && seconds > 0) rate_ = static_cast<double>(count) / seconds;
   if (seconds - seconds_ < kRateSpan) return rate_;
   rate_ = static_cast<double>(count - count_) / (seconds - seconds_);
   count_ = count;

@@ -123,17 +123,18 @@ class Session {
     if (line_.is_due()) line_.update(status_text());
   }
 
+  /// Fits into 80 columns.
   std::string status_text() {
-    std::string text = "recording " + duration_text(seconds());
+    std::string text = "rec " + duration_text(seconds());
     if (camera_) {
       const capture::GrabberStatus status = camera_->status();
-      text += fmt::format("  depth {:.1f}/s, {} frames, {} dropped", frame_rate_.update(status.frames, seconds()),
+      text += fmt::format("  {:.1f}/s, {} frames, {} dropped", frame_rate_.update(status.frames, seconds()),
                           status.frames, dropped());
     }
     if (imu_) {
       const capture::ImuStatus status = imu_->status();
-      text += fmt::format("  sensor {:.1f}/s", reading_rate_.update(status.readings, seconds()));
-      text += status.connected ? ", calibration " + calibration_text(status.calibration) : ", not connected";
+      text += fmt::format("  imu {:.1f}/s, ", reading_rate_.update(status.readings, seconds()));
+      text += status.connected ? calibration_text(status.calibration) : "not connected";
     }
     return text;
   }

@@ -25,6 +25,9 @@ class DeviceClock {
   /// allows, after a few readings where it only seems late.
   Nanoseconds to_host(Nanoseconds device, Nanoseconds arrival);
 
+  /// What has to be added to a stamp near the last one for its time.
+  Nanoseconds shift() const { return last_ ? last_->host - last_->device : 0; }
+
   /// How often the device's clock was seen to jump.
   int jumps() const { return jumps_; }
 

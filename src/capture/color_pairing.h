@@ -9,7 +9,7 @@
 namespace plumbline::capture {
 
 /// Each depth image gets the colour image nearest before or after it, if that is near enough in time; it waits for it
-/// at most until the next depth image.
+/// at most until the next depth image. Both are stamped by one clock, the camera's own.
 class ColorPairing {
  public:
   /// Without colour no depth image waits.

@@ -17,20 +17,20 @@ namespace {
 constexpr int kWidth = 640, kHeight = 480;
 // The colour camera's, to which the library registers depth; single Kinects differ by 1 to 2 %.
 constexpr Pinhole kColorCamera{525.0f, 525.0f, 319.5f, 239.5f, kWidth, kHeight};
-constexpr std::uint64_t kTicksPerSecond = 60'000'000;
+constexpr std::int64_t kTicksPerSecond = 60'000'000;
 
-/// The camera stamps with 32 bits that run over every 71 seconds.
+/// The camera stamps with 32 bits that run over every 71 seconds, depth and colour by one clock.
 class TickCounter {
  public:
   Nanoseconds nanoseconds(std::uint32_t ticks) {
-    ticks_ += static_cast<std::uint32_t>(ticks - last_);
+    // Images of the two kinds may come out of order.
+    ticks_ += static_cast<std::int32_t>(ticks - last_);
     last_ = ticks;
-    const std::uint64_t seconds = ticks_ / kTicksPerSecond, rest = ticks_ % kTicksPerSecond;
-    return static_cast<Nanoseconds>(seconds * kNanosecondsPerSecond + rest * 1000 / 60);
+    return ticks_ / kTicksPerSecond * kNanosecondsPerSecond + ticks_ % kTicksPerSecond * 1000 / 60;
   }
 
  private:
-  std::uint64_t ticks_ = 0;
+  std::int64_t ticks_ = std::int64_t{1} << 32;
   std::uint32_t last_ = 0;
 };
 
@@ -59,7 +59,11 @@ class FreenectDevice : public DepthDevice {
 
   std::optional<CapturedFrame> wait(std::chrono::milliseconds timeout) override {
     for (const Nanoseconds limit = now() + std::chrono::nanoseconds(timeout).count();;) {
-      if (auto frame = pairing_.take()) return frame;
+      if (auto frame = pairing_.take()) {
+        frame->time += clock_.shift();
+        frame->color_time += clock_.shift();
+        return frame;
+      }
       const Nanoseconds left = limit - now();
       if (left <= 0) return std::nullopt;
       timeval time{0, static_cast<suseconds_t>(left / 1000)};
@@ -68,7 +72,7 @@ class FreenectDevice : public DepthDevice {
     }
   }
 
-  int clock_jumps() const override { return depth_clock_.jumps(); }
+  int clock_jumps() const override { return clock_.jumps(); }
 
  private:
   void start_depth() {
@@ -92,13 +96,15 @@ class FreenectDevice : public DepthDevice {
   void on_depth(const void* data, std::uint32_t stamp) {
     DepthImage image(kWidth, kHeight);
     std::memcpy(image.pixels.data(), data, sizeof(std::uint16_t) * image.pixels.size());
-    pairing_.add_depth(depth_clock_.to_host(depth_ticks_.nanoseconds(stamp), now()), std::move(image));
+    const Nanoseconds time = ticks_.nanoseconds(stamp);
+    clock_.to_host(time, now());
+    pairing_.add_depth(time, std::move(image));
   }
 
   void on_color(const void* data, std::uint32_t stamp) {
     ColorImage image(kWidth, kHeight, 3);
     std::memcpy(image.pixels.data(), data, image.pixels.size());
-    pairing_.add_color(color_clock_.to_host(color_ticks_.nanoseconds(stamp), now()), std::move(image));
+    pairing_.add_color(ticks_.nanoseconds(stamp), std::move(image));
   }
 
   [[noreturn]] void fail(const char* what) {
@@ -120,8 +126,8 @@ class FreenectDevice : public DepthDevice {
   freenect_context* context_ = nullptr;
   freenect_device* device_ = nullptr;
   ColorPairing pairing_;
-  TickCounter depth_ticks_, color_ticks_;
-  DeviceClock depth_clock_, color_clock_;
+  TickCounter ticks_;
+  DeviceClock clock_;
 };
 
 }  // namespace

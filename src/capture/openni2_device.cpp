@@ -12,12 +12,13 @@
 #include "capture/color_pairing.h"
 #include "capture/drivers.h"
 #include "core/error.h"
+#include "io/text_file.h"
 
 namespace plumbline::capture {
 namespace {
 
 constexpr int kUsualWidth = 640, kUsualHeight = 480, kUsualRate = 30;
-constexpr float kManualSpeed = -1;  // OpenNI: each frame waits to be read
+constexpr float kUsualFieldOfView = 1.0472f;  // radians across, of a Kinect's 525 pixels for 640
 
 /// The library is started with the first and ended with the last of these.
 struct Library {
@@ -31,22 +32,33 @@ struct Library {
 
   /// The library's own words for its last error, without its line ends.
   static std::string text() {
-    std::string message = openni::OpenNI::getExtendedError();
-    while (!message.empty() && (message.back() == '\n' || message.back() == '\t')) message.pop_back();
-    return message.empty() ? "no reason given" : message;
+    const std::string message = openni::OpenNI::getExtendedError();
+    const std::string_view text = trim(message);
+    return text.empty() ? "no reason given" : std::string(text);
   }
 };
 
-class Disconnection : public openni::OpenNI::DeviceDisconnectedListener {
+/// Whether a device was pulled out, or a recording is through.
+class EndWatch : public openni::OpenNI::DeviceDisconnectedListener, public openni::OpenNI::DeviceStateChangedListener {
  public:
-  explicit Disconnection(std::string uri) : uri_(std::move(uri)) {
+  explicit EndWatch(std::string uri) : uri_(std::move(uri)) {
     openni::OpenNI::addDeviceDisconnectedListener(this);
+    openni::OpenNI::addDeviceStateChangedListener(this);
   }
-  ~Disconnection() override { openni::OpenNI::removeDeviceDisconnectedListener(this); }
+  ~EndWatch() override {
+    openni::OpenNI::removeDeviceStateChangedListener(this);
+    openni::OpenNI::removeDeviceDisconnectedListener(this);
+  }
+  EndWatch(const EndWatch&) = delete;
+  EndWatch& operator=(const EndWatch&) = delete;
+
   void onDeviceDisconnected(const openni::DeviceInfo* device) override {
-    if (uri_ == device->getUri()) happened = true;
+    if (uri_ == device->getUri()) unplugged = true;
   }
-  std::atomic<bool> happened = false;
+  void onDeviceStateChanged(const openni::DeviceInfo* device, openni::DeviceState state) override {
+    if (uri_ == device->getUri() && state == openni::DEVICE_STATE_EOF) at_end = true;
+  }
+  std::atomic<bool> unplugged = false, at_end = false;
 
  private:
   std::string uri_;
@@ -68,7 +80,7 @@ class OpenNi2Device : public DepthDevice {
       : is_file_(std::filesystem::exists(uri)), pairing_(false) {
     if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK)
       fail(uri.empty() ? "no camera was found" : "cannot be opened");
-    disconnection_ = std::make_unique<Disconnection>(device_.getDeviceInfo().getUri());
+    watch_ = std::make_unique<EndWatch>(device_.getDeviceInfo().getUri());
     start_depth();
     if (options.color && device_.hasSensor(openni::SENSOR_COLOR)) start_color();
     pairing_ = ColorPairing(info_.has_color);
@@ -82,7 +94,7 @@ class OpenNi2Device : public DepthDevice {
   ~OpenNi2Device() override {
     color_.destroy();
     depth_.destroy();
-    disconnection_.reset();
+    watch_.reset();
     device_.close();
   }
   OpenNi2Device(const OpenNi2Device&) = delete;
@@ -90,8 +102,13 @@ class OpenNi2Device : public DepthDevice {
 
   std::optional<CapturedFrame> wait(std::chrono::milliseconds timeout) override {
     for (const Nanoseconds limit = now() + std::chrono::nanoseconds(timeout).count();;) {
-      if (auto frame = pairing_.take()) return frame;
-      if (disconnection_->happened) fail("the camera was unplugged");
+      if (auto frame = pairing_.take()) {
+        const Nanoseconds shift = is_file_ ? file_shift_ : clock_.shift();
+        frame->time += shift;
+        frame->color_time += shift;
+        return frame;
+      }
+      if (watch_->unplugged) fail("the camera was unplugged");
       const auto left = static_cast<int>((limit - now()) / 1'000'000);
       if (left <= 0 || ended()) return std::nullopt;
       openni::VideoStream* streams[] = {&depth_, &color_};
@@ -103,9 +120,9 @@ class OpenNi2Device : public DepthDevice {
     }
   }
 
-  bool ended() const override { return is_file_ && frames_in_file_ > 0 && last_index_ >= frames_in_file_; }
+  bool ended() const override { return is_file_ && watch_->at_end; }
   std::uint64_t missed() const override { return missed_; }
-  int clock_jumps() const override { return depth_clock_.jumps(); }
+  int clock_jumps() const override { return clock_.jumps(); }
 
  private:
   void start_depth() {
@@ -151,13 +168,12 @@ class OpenNi2Device : public DepthDevice {
   }
 
   void set_up_playback(double speed) {
+    if (speed == 0)
+      throw Error("a recording of OpenNI plays at a speed", "openni2", "give --speed 1, or more to be through sooner");
     openni::PlaybackControl* const playback = device_.getPlaybackControl();
     if (playback == nullptr) fail("is no recording of OpenNI");
     playback->setRepeatEnabled(false);
-    if (playback->setSpeed(speed == 0 ? kManualSpeed : static_cast<float>(speed)) != openni::STATUS_OK)
-      fail("cannot be played at that speed");
-    frames_in_file_ = playback->getNumberOfFrames(depth_);
-    info_.waits = speed == 0;
+    if (playback->setSpeed(static_cast<float>(speed)) != openni::STATUS_OK) fail("cannot be played at that speed");
   }
 
   void describe() {
@@ -165,14 +181,12 @@ class OpenNi2Device : public DepthDevice {
     const float width = static_cast<float>(mode.getResolutionX()), height = static_cast<float>(mode.getResolutionY());
     // Depth that is registered to colour is seen by the colour camera.
     const openni::VideoStream& eye = info_.has_color && registered_ ? color_ : depth_;
-    const float h = eye.getHorizontalFieldOfView(), v = eye.getVerticalFieldOfView();
-    info_.camera = {0.5f * width / std::tan(0.5f * h),
-                    0.5f * height / std::tan(0.5f * v),
-                    0.5f * (width - 1),
-                    0.5f * (height - 1),
-                    mode.getResolutionX(),
-                    mode.getResolutionY()};
-    info_.camera_source = "the field of view that it reports";
+    const float reported = eye.getHorizontalFieldOfView();
+    const bool known = reported > 0.1f && reported < 3.0f;
+    // Pixels are square; the vertical field of view follows.
+    const float f = 0.5f * width / std::tan(0.5f * (known ? reported : kUsualFieldOfView));
+    info_.camera = {f, f, 0.5f * (width - 1), 0.5f * (height - 1), mode.getResolutionX(), mode.getResolutionY()};
+    info_.camera_source = known ? "the field of view that it reports" : "a Kinect's field of view, as it reports none";
     const openni::DeviceInfo& info = device_.getDeviceInfo();
     info_.name = fmt::format("{} {} (OpenNI2), {}", info.getVendor(), info.getName(), info.getUri());
   }
@@ -180,21 +194,14 @@ class OpenNi2Device : public DepthDevice {
   void read(openni::VideoStream& stream, bool is_depth) {
     openni::VideoFrameRef frame;
     if (stream.readFrame(&frame) != openni::STATUS_OK) fail("a frame cannot be read");
-    const Nanoseconds device = 1000 * static_cast<Nanoseconds>(frame.getTimestamp()), arrival = now();
-    const Nanoseconds time = is_file_   ? time_in_file(device)
-                             : is_depth ? depth_clock_.to_host(device, arrival)
-                                        : color_clock_.to_host(device, arrival);
+    const Nanoseconds time = 1000 * static_cast<Nanoseconds>(frame.getTimestamp());
+    if (file_shift_ == 0) file_shift_ = now() - time;
     if (!is_depth) return pairing_.add_color(time, copy_image<std::uint8_t>(frame, 3));
+    clock_.to_host(time, now());
     if (last_index_ > 0 && frame.getFrameIndex() > last_index_ + 1)
       missed_ += static_cast<std::uint64_t>(frame.getFrameIndex() - last_index_ - 1);
     last_index_ = frame.getFrameIndex();
     pairing_.add_depth(time, copy_image<std::uint16_t>(frame, 1));
-  }
-
-  /// A recording goes on in its own time, from the moment when it is played.
-  Nanoseconds time_in_file(Nanoseconds device) {
-    if (!first_) first_ = {device, now()};
-    return first_->second + device - first_->first;
   }
 
   [[noreturn]] void fail(const char* what) const {
@@ -206,11 +213,11 @@ class OpenNi2Device : public DepthDevice {
   bool is_file_, registered_ = false;
   openni::Device device_;
   openni::VideoStream depth_, color_;
-  std::unique_ptr<Disconnection> disconnection_;
+  std::unique_ptr<EndWatch> watch_;
   ColorPairing pairing_;
-  DeviceClock depth_clock_, color_clock_;
-  std::optional<std::pair<Nanoseconds, Nanoseconds>> first_;  // of a file: its first stamp, and when it was played
-  int frames_in_file_ = 0, last_index_ = 0;
+  DeviceClock clock_;
+  Nanoseconds file_shift_ = 0;  // a recording goes on in its own time, from the moment when it is played
+  int last_index_ = 0;
   std::uint64_t missed_ = 0;
 };
 

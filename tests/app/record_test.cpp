@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -184,9 +185,53 @@ TEST_F(Record, TheStatusLineNamesRateDropsAndCalibration) {
   long_sequence();
   const Outcome outcome = plumbline_on_terminal(record(path("rec"), {"--imu", chip.connection(), "--duration", "1.5"}));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err,
-              AllOf(HasSubstr("/s, "), HasSubstr("dropped"), HasSubstr("calibration sys 3 gyro 2 acc 1 mag 0")));
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("/s, "), HasSubstr("dropped"), HasSubstr("sys 3 gyro 2 acc 1 mag 0")));
 }
+
+#ifdef PLUMBLINE_FAKENECT
+/// What fakenect plays: 10 images of each kind, colour 3 ms after depth, stamped by a clock of 60 MHz that runs over.
+void write_fakenect_folder(const fs::path& folder) {
+  fs::create_directories(folder);
+  std::string index;
+  for (unsigned i = 0; i < 10; ++i) {
+    const unsigned ticks = 0xFFFFFFFFu - 9'000'000u + 2'000'000u * i;
+    const std::string depth = fmt::format("d-{:.6f}-{}.pgm", 50 + i / 30.0, ticks);
+    const std::string color = fmt::format("r-{:.6f}-{}.ppm", 50.003 + i / 30.0, ticks + 180'000u);
+    const std::uint16_t reading = static_cast<std::uint16_t>(1000 + i);
+    std::string pixels(640 * 480 * 2, '\0');
+    for (std::size_t k = 0; k < pixels.size(); k += 2) std::memcpy(&pixels[k], &reading, 2);
+    write_text((folder / depth).string(), "P5 640 480 65535\n" + pixels);
+    write_text((folder / color).string(), "P6 640 480 255\n" + std::string(640 * 480 * 3, static_cast<char>(i)));
+    index += depth + "\n" + color + "\n";
+  }
+  write_text((folder / "INDEX.txt").string(), index);
+}
+
+TEST_F(Record, AKinectWhoseImagesComeToAnEnd) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "the address sanitizer wants to be loaded before what this test preloads";
+#endif
+  if (!fs::exists(PLUMBLINE_FAKENECT)) GTEST_SKIP() << "libfreenect's fakenect is not installed";
+  write_fakenect_folder(path("kinect"));
+  Launch launch;
+  const std::string played = path("kinect");
+  launch.in_child = [&played] {
+    setenv("LD_LIBRARY_PATH", PLUMBLINE_FAKENECT, 1);
+    setenv("LD_PRELOAD", PLUMBLINE_FAKENECT_MODES, 1);
+    setenv("FAKENECT_PATH", played.c_str(), 1);
+  };
+  const Outcome outcome = plumbline({"record", "--depth", "freenect", "-o", path("rec")}, launch);
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("the Kinect does not answer any more"));
+  const auto recorded = open_sequence(path("rec"));
+  ASSERT_GE(recorded->size(), 9);  // the last one waits for its colour
+  EXPECT_EQ(recorded->info().camera.fx, 525);
+  EXPECT_GE(recorded->info().color_frames, 9);
+  for (int i = 0; i < recorded->size(); ++i) EXPECT_EQ(recorded->read(i).depth.at(5, 5), 5 * (1000 + i));
+  EXPECT_EQ(recorded->read(3).color.at(5, 5), 3);
+  EXPECT_LT(to_seconds(recorded->info().last_time - recorded->info().first_time), 20);  // the overrun is no jump
+}
+#endif
 
 // ---- Live ----
 

@@ -1,5 +1,6 @@
 #include "capture/fake_bno055.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <pty.h>
 #include <termios.h>
@@ -34,6 +35,9 @@ FakeBno055::~FakeBno055() { unplug(); }
 void FakeBno055::plug_in() {
   char name[256];
   if (openpty(&master_, &slave_, name, nullptr, nullptr) != 0) throw std::runtime_error("no pseudo-terminal");
+  // A program that is started beside must not keep the line alive.
+  fcntl(master_, F_SETFD, FD_CLOEXEC);
+  fcntl(slave_, F_SETFD, FD_CLOEXEC);
   termios line{};
   tcgetattr(slave_, &line);
   cfmakeraw(&line);
