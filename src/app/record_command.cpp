@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kWaitingFrames = 8;  // between camera and recorder, which has a queue of its own
 constexpr std::chrono::milliseconds kPoll{50};
+constexpr double kSlowSync = 0.5;  // seconds
 
 struct RecordArguments {
   CaptureArguments capture;
@@ -131,6 +132,9 @@ class Session {
       text += fmt::format("  {:.1f}/s, {} frames, {} dropped", frame_rate_.update(status.frames, seconds()),
                           status.frames, dropped());
     }
+    if (status.slowest_sync > kSlowSync)
+      say("note       the disk took up to {:.1f} s to keep up; a crash could have cost that much more",
+          status.slowest_sync);
     if (imu_) {
       const capture::ImuStatus status = imu_->status();
       text += fmt::format("  imu {:.1f}/s, ", reading_rate_.update(status.readings, seconds()));

@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <iterator>
 #include <utility>
+#include <vector>
 
 #include "capture/clock.h"
 #include "core/error.h"
@@ -101,8 +103,8 @@ class Recorder::ImageStream {
     if (unlisted_.empty()) return;
     list_.append(fmt::format("{}", fmt::join(unlisted_, "")));
     unlisted_.clear();
-    list_.sync();
   }
+  void sync() { list_.sync(); }
 
  private:
   using Item = std::pair<Nanoseconds, std::shared_ptr<const CapturedFrame>>;
@@ -266,8 +268,11 @@ void Recorder::sync() {
   const std::size_t depth = depth_ ? depth_->gather() : 0, color = color_ ? color_->gather() : 0;
   // One call for all the images. An fsync for each of sixty a second is more than a plain disk can do.
   if (depth + color > 0 && syncfs(folder_fd_) != 0) throw_write_error(options_.folder, errno);
-  if (depth_) depth_->list();
+  // Colour first, so that a depth image is never listed without the colour that belongs to it.
   if (color_) color_->list();
+  if (depth_) depth_->list();
+  if (color_) color_->sync();
+  if (depth_) depth_->sync();
   if (readings_) readings_->sync();
   const std::lock_guard lock(mutex_);
   status_.frames += depth;

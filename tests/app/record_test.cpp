@@ -12,6 +12,7 @@
 #include <sstream>
 #include <thread>
 
+#include "app/capture_arguments.h"
 #include "app/program.h"
 #include "app/small_sequence.h"
 #include "capture/clock.h"
@@ -232,6 +233,21 @@ TEST_F(Record, AKinectWhoseImagesComeToAnEnd) {
   EXPECT_LT(to_seconds(recorded->info().last_time - recorded->info().first_time), 20);  // the overrun is no jump
 }
 #endif
+
+TEST(SilenceWatch, TellsOnceWhenACameraFallsSilentAndOnceWhenItIsBack) {
+  app::SilenceWatch watch;
+  capture::GrabberStatus status;
+  const auto silent_for = [&](double seconds) {
+    status.silence = seconds;
+    return watch.observe(status).value_or("");
+  };
+  EXPECT_EQ(silent_for(0.1), "");
+  EXPECT_EQ(silent_for(1.9), "");
+  EXPECT_THAT(silent_for(2.1), HasSubstr("no frame for 2 s"));
+  EXPECT_EQ(silent_for(7.5), "");
+  EXPECT_THAT(silent_for(0.0), HasSubstr("again, after 7.5 s"));
+  EXPECT_EQ(silent_for(0.1), "");
+}
 
 // ---- Live ----
 

