@@ -11,8 +11,8 @@ namespace plumbline::app {
 struct ProgressState {
   int done = 0, total = 0;  ///< frames; negative: nobody knows how many there will be
   int tracked = 0, lost = 0;
-  double seconds = 0;  ///< since the first frame was asked for
-  std::string more;    ///< after the counts
+  double seconds = 0;     ///< since the first frame was asked for
+  std::string more = {};  ///< after the counts
 };
 
 /// One line of at most `width` columns: what matters most comes first, the bar takes what is left.

@@ -132,9 +132,6 @@ class Session {
       text += fmt::format("  {:.1f}/s, {} frames, {} dropped", frame_rate_.update(status.frames, seconds()),
                           status.frames, dropped());
     }
-    if (status.slowest_sync > kSlowSync)
-      say("note       the disk took up to {:.1f} s to keep up; a crash could have cost that much more",
-          status.slowest_sync);
     if (imu_) {
       const capture::ImuStatus status = imu_->status();
       text += fmt::format("  imu {:.1f}/s, ", reading_rate_.update(status.readings, seconds()));
@@ -166,6 +163,9 @@ class Session {
     const capture::RecorderStatus status = recorder_->status();
     say("recorded   {} frames and {} orientations in {}; {} frames dropped", status.frames, status.readings,
         duration_text(seconds()), lost);
+    if (status.slowest_sync > kSlowSync)
+      say("note       the disk took up to {:.1f} s to keep up; a crash could have cost that much more",
+          status.slowest_sync);
     if (imu_) {
       const capture::ImuStatus s = imu_->status();
       say("sensor     calibration {}; {} failed requests, {} over-runs, {} reconnections",
