@@ -17,11 +17,12 @@ ALLOWED = {
     "eval": {"core"},
     "sim": {"core", "imu"},
     "imu": {"core"},
+    "capture": {"core", "io"},
     "backend": {"core", "kernels"},
     "mapping": {"core", "kernels", "backend"},
     "tracking": {"core", "kernels", "backend"},
     "pipeline": {"core", "kernels", "imu", "backend", "mapping", "tracking"},
-    "app": {"core", "kernels", "io", "eval", "sim", "imu", "backend", "mapping", "tracking", "pipeline"},
+    "app": {"core", "kernels", "io", "eval", "sim", "imu", "backend", "mapping", "tracking", "pipeline", "capture"},
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"/]+)/')
 PRINTS = re.compile(r"std::(cout|cerr|clog)|\b(printf|puts|exit|abort|_exit)\s*\(|fmt::print|\bstderr\b|\bstdout\b")

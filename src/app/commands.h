@@ -28,6 +28,7 @@ void add_plot_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen, const std::string& command_line);
 void add_simulate_command(CLI::App& app, Command& chosen);
 void add_download_command(CLI::App& app, Command& chosen);
+void add_record_command(CLI::App& app, Command& chosen);
 void add_backends_command(CLI::App& app, Command& chosen);
 
 }  // namespace plumbline::app

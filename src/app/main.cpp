@@ -58,6 +58,7 @@ int run(int argc, char** argv) {
   add_demo_command(app, chosen, line);
   add_simulate_command(app, chosen);
   add_download_command(app, chosen);
+  add_record_command(app, chosen);
   add_backends_command(app, chosen);
   try {
     app.parse(argc, argv);

@@ -79,8 +79,11 @@ void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
   CLI::Option* file = command.add_option("--orientation", a.path,
                                          "Readings of an orientation sensor: t qx qy qz qw, TUM's or EuRoC's format");
   file->type_name("FILE");
+  std::vector<CLI::Option*> dependents;
   const auto add = [&](const char* name, auto& value, const char* help, const char* type) {
-    return command.add_option(name, value, help)->needs(file)->type_name(type);
+    CLI::Option* option = command.add_option(name, value, help)->type_name(type);
+    dependents.push_back(option);
+    return option;
   };
   add("--orientation-calibration", a.calibration,
       "Mounting, time offset and convention from `plumbline calibrate`; the options below go before it", "FILE");
@@ -97,17 +100,29 @@ void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
   CLI::Option* model = add("--imu-model", a.imu_model, "Adds a systematic error, to degrade an ideal orientation",
                            "ideal|bno055|AX,AY,AZ");
   add("--imu-seed", a.imu_seed, "Of that error", "N")->needs(model)->capture_default_str();
+  command.parse_complete_callback([&command, file, dependents] {
+    const CLI::Option* sensor = command.get_option_no_throw("--imu");
+    if (file->count() > 0 || (sensor != nullptr && sensor->count() > 0)) return;
+    for (const CLI::Option* option : dependents)
+      if (option->count() > 0) throw CLI::RequiresError(option->get_name(), file->get_name());
+  });
 }
 
-std::optional<OrientationStream> load_orientation(const OrientationArguments& a, std::vector<std::string>* notes) {
-  if (a.path.empty()) return std::nullopt;
+OrientationStreamOptions stream_options(const OrientationArguments& a) {
   OrientationStreamOptions options;
   const OrientationCalibration calibration =
       a.calibration.empty() ? OrientationCalibration{} : read_orientation_calibration(a.calibration);
   options.time_offset = a.offset.value_or(calibration.time_offset);
   options.max_gap = a.max_gap;
   options.body_from_camera = mounting_of(a.mounting, calibration.body_from_camera);
-  const OrientationConvention declared = convention_of(a, calibration.convention);
+  options.convention = convention_of(a, calibration.convention);
+  return options;
+}
+
+std::optional<OrientationStream> load_orientation(const OrientationArguments& a, std::vector<std::string>* notes) {
+  if (a.path.empty()) return std::nullopt;
+  OrientationStreamOptions options = stream_options(a);
+  const OrientationConvention declared = options.convention;
   const OrientationErrorModel model = a.imu_model.empty() ? OrientationErrorModel{} : error_model_of(a);
   if (std::error_code error; !std::filesystem::exists(a.path, error))
     throw UsageError("there is no such file", "--orientation " + a.path,

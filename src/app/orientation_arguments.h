@@ -22,13 +22,16 @@ struct OrientationArguments {
   std::uint64_t imu_seed = 1;
 };
 
-/// All but --orientation itself are mistakes without it.
+/// All but --orientation itself are mistakes without it, or without --imu where the command has that.
 void add_orientation_arguments(CLI::App& command, OrientationArguments& arguments);
 
 /// The stream that the options describe; empty without --orientation. Throws UsageError for values that are not of
 /// their option's form and a file that does not exist, Error for one that holds no orientations.
 std::optional<OrientationStream> load_orientation(const OrientationArguments& arguments,
                                                   std::vector<std::string>* notes = nullptr);
+
+/// How a sensor's readings are to be taken, whether they come from a file or from the sensor itself. Throws UsageError.
+OrientationStreamOptions stream_options(const OrientationArguments& arguments);
 
 /// File and error model, for summaries; empty without --orientation.
 std::string describe(const OrientationArguments& arguments);

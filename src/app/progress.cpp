@@ -30,10 +30,12 @@ std::string bar(const ProgressState& state, int columns) {
 /// Counts, speed and time to go, as many of them as fit in `width` columns.
 std::string status_text(const ProgressState& state, int width) {
   const double rate = state.seconds > 0 ? state.done / state.seconds : 0;
-  const std::array<std::string, 4> parts = {
-      fmt::format("{}/{}", state.done, state.total), fmt::format("  {} tracked, {} lost", state.tracked, state.lost),
+  const bool endless = state.total < 0;
+  const std::array<std::string, 5> parts = {
+      endless ? fmt::format("{}", state.done) : fmt::format("{}/{}", state.done, state.total),
+      fmt::format("  {} tracked, {} lost", state.tracked, state.lost), state.more,
       fmt::format("  {:.1f} frames/s", rate),
-      rate > 0 ? fmt::format("  ETA {}", duration_text((state.total - state.done) / rate)) : std::string()};
+      rate > 0 && !endless ? fmt::format("  ETA {}", duration_text((state.total - state.done) / rate)) : std::string()};
   std::string line;
   for (const std::string& part : parts) {
     if (static_cast<int>(line.size() + part.size()) > width) break;
@@ -47,7 +49,7 @@ std::string status_text(const ProgressState& state, int width) {
 std::string progress_line(const ProgressState& state, int width) {
   const std::string status = status_text(state, width);
   const int room = width - static_cast<int>(status.size()) - 3;  // brackets and a blank
-  return room < kMinBar ? status : bar(state, std::min(room, kMaxBar)) + status;
+  return room < kMinBar || state.total < 0 ? status : bar(state, std::min(room, kMaxBar)) + status;
 }
 
 Progress::Progress(int total, bool quiet) : quiet_(quiet), terminal_(terminal_width() > 0) { state_.total = total; }
@@ -55,7 +57,7 @@ Progress::Progress(int total, bool quiet) : quiet_(quiet), terminal_(terminal_wi
 double Progress::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
 void Progress::update(int done, int tracked, int lost) {
-  state_ = {done, state_.total, tracked, lost, seconds()};
+  state_ = {done, state_.total, tracked, lost, seconds(), more_};
   if (quiet_) return;
   if (!terminal_) {
     if (done % kPlainInterval == 0 || done == state_.total)

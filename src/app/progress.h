@@ -4,13 +4,15 @@
 #include <chrono>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace plumbline::app {
 
 struct ProgressState {
-  int done = 0, total = 0;  ///< frames
+  int done = 0, total = 0;  ///< frames; negative: nobody knows how many there will be
   int tracked = 0, lost = 0;
-  double seconds = 0;  ///< since the first frame was asked for
+  double seconds = 0;     ///< since the first frame was asked for
+  std::string more = {};  ///< after the counts
 };
 
 /// One line of at most `width` columns: what matters most comes first, the bar takes what is left.
@@ -26,6 +28,8 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   void update(int done, int tracked, int lost);
+  /// Stands after the counts from now on.
+  void add_text(std::string text) { more_ = std::move(text); }
   /// A line that stays above the bar.
   void note(std::string_view line);
   double seconds() const;
@@ -37,6 +41,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
   Clock::time_point start_ = Clock::now(), drawn_{};
   ProgressState state_;
+  std::string more_;
   bool quiet_, terminal_, visible_ = false;
 };
 

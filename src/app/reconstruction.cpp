@@ -17,14 +17,12 @@
 #include "app/orientation_check.h"
 #include "app/pixel_use.h"
 #include "app/progress.h"
-#include "app/sequence_text.h"
 #include "app/summary.h"
 #include "backend/backend.h"
 #include "core/config.h"
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/mesh.h"
-#include "io/prefetch.h"
 #include "io/trajectory.h"
 
 namespace plumbline::app {
@@ -77,18 +75,29 @@ class Runner {
  private:
   void open() {
     validate(options_.parameters);
-    sequence_ = open_sequence(options_.sequence, options_.input);
-    run_.sequence = sequence_->info();
+    source_ = options_.open_live ? options_.open_live() : open_files();
+    run_.sequence = source_->info();
     run_.parameters = options_.parameters;
     run_.command_line = options_.command_line;
     backend_ = make_backend(options_.backend, options_.threads);
     run_.backend = backend_->description();
     run_.orientation = options_.orientation_source;
-    if (options_.orientation) check_.emplace(options_.orientation->options());
+    if (const auto orientation = source_->orientation()) check_.emplace(*orientation);
     load_groundtruth();
     ensure_directory(options_.output);
     make_pipeline();
     describe_run();
+  }
+
+  std::unique_ptr<FrameSource> open_files() const {
+    std::unique_ptr<Sequence> sequence = open_sequence(options_.sequence, options_.input);
+    std::vector<int> indices = chosen_frames(*sequence, options_);
+    std::vector<std::string> lines;
+    if (options_.orientation)
+      lines = describe(*options_.orientation, options_.orientation_source, options_.orientation_notes,
+                       options_.parameters.orientation);
+    return std::make_unique<FileSource>(std::move(sequence), std::move(indices),
+                                        options_.orientation ? &*options_.orientation : nullptr, std::move(lines));
   }
 
   void load_groundtruth() {
@@ -104,7 +113,7 @@ class Runner {
   }
 
   void make_pipeline() {
-    const bool color = options_.input.color && run_.sequence.color_frames > 0 && options_.parameters.volume.color;
+    const bool color = options_.input.color && source_->has_color() && options_.parameters.volume.color;
     try {
       pipeline_ = std::make_unique<Pipeline>(options_.parameters, run_.sequence.camera, *backend_,
                                              options_.initial_pose, color);
@@ -116,32 +125,27 @@ class Runner {
 
   void describe_run() const {
     if (options_.quiet) return;
-    for (const std::string& line : describe(*sequence_)) say(line);
-    if (options_.orientation)
-      for (const std::string& line : describe(*options_.orientation, options_.orientation_source,
-                                              options_.orientation_notes, options_.parameters.orientation))
-        say(line);
+    for (const std::string& line : source_->describe()) say(line);
     say("volume     {}", volume_text(options_.parameters.volume));
     say("backend    {}", run_.backend);
     say("output     {}", options_.output);
   }
 
   void process_frames(const InterruptGuard& interrupt) {
-    const std::vector<int> indices = chosen_frames(*sequence_, options_);
-    Progress progress(static_cast<int>(indices.size()), options_.quiet);
+    Progress progress(source_->total(), options_.quiet);
     try {
-      Prefetcher reader(*sequence_, indices);
-      while (interrupt.signal() == 0) {
-        std::optional<Frame> frame = reader.next();
-        if (!frame) break;
-        if (options_.orientation) reading_ = add_orientation(*options_.orientation, &*frame);
-        process(*frame, {reader.wait_milliseconds(), reader.decode_milliseconds()}, progress);
+      while (std::optional<Frame> frame = source_->next([&] { return interrupt.signal() != 0; })) {
+        reading_ = source_->reading();
+        process(*frame, source_->read_times(), progress);
+        for (const std::string& message : source_->take_messages()) progress.note(message);
       }
     } catch (...) {
       failure_ = std::current_exception();
     }
     run_.signal = interrupt.signal();
     run_.wall_seconds = progress.seconds();
+    run_.live = source_->live();
+    if (run_.live) run_.sequence = source_->info();
   }
 
   void process(const Frame& frame, const ReadTimes& read, Progress& progress) {
@@ -160,6 +164,7 @@ class Runner {
       progress.note(lost ? fmt::format("frame {} lost: {}", report.index, to_string(report.tracking.reason))
                          : fmt::format("frame {} tracked again", report.index));
     if (check_) note_orientation(report, progress);
+    if (const auto live = source_->live()) progress.add_text(fmt::format("  {} dropped", live->dropped));
     progress.update(static_cast<int>(run_.frames.size()), run_.tracked(), run_.lost());
     write_diagnostics(report, diagnostics, progress);
   }
@@ -260,7 +265,7 @@ class Runner {
 
   const ReconstructionOptions& options_;
   Reconstruction run_;
-  std::unique_ptr<Sequence> sequence_;
+  std::unique_ptr<FrameSource> source_;
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<FrameLog> log_;

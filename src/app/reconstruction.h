@@ -1,10 +1,13 @@
 // A whole run: sequence in, folder of results out. What `plumbline run` and `plumbline demo` share.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/frame_source.h"
 #include "core/frame.h"
 #include "core/parameters.h"
 #include "core/se3.h"
@@ -32,13 +35,9 @@ struct ReconstructionOptions {
   std::vector<std::string> orientation_notes;  ///< what was odd about its file
   std::vector<int> pixel_use_frames;           ///< frames whose pixels' use is painted, by their index in the sequence
   std::vector<int> icp_frames;                 ///< frames whose iterations are written, by their index in the sequence
+  std::function<std::unique_ptr<FrameSource>()> open_live;  ///< in place of `sequence`, `input` and `orientation`
   bool quiet = false;
   std::string command_line;  ///< for the summary
-};
-
-/// Of one frame, milliseconds: what the run waited for the reader, and what the reader's thread worked on it.
-struct ReadTimes {
-  double wait = 0, decode = 0;
 };
 
 /// What a run did; the files in the output folder say the same.
@@ -57,7 +56,8 @@ struct Reconstruction {
   std::string orientation_message;  ///< what the user should know about the readings, or empty
   std::string groundtruth;          ///< path, or empty
   std::optional<eval::AbsoluteError> ate;
-  std::string ate_note;  ///< why there is no `ate` although there is a ground truth
+  std::string ate_note;            ///< why there is no `ate` although there is a ground truth
+  std::optional<LiveCounts> live;  ///< of a live run
   double wall_seconds = 0;
   std::string failure;  ///< message of what ended the run early, or empty
   int signal = 0;       ///< that ended the run early, or 0

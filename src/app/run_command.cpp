@@ -4,8 +4,10 @@
 #include <vector>
 
 #include "app/arguments.h"
+#include "app/capture_arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
+#include "app/live_source.h"
 #include "app/orientation_arguments.h"
 #include "app/parameter_arguments.h"
 #include "app/reconstruction.h"
@@ -15,10 +17,13 @@
 namespace plumbline::app {
 namespace {
 
+constexpr std::string_view kLive = "live:";
+
 struct RunArguments {
   SequenceArguments sequence;
   ParameterArguments parameters;
   OrientationArguments orientation;
+  CaptureArguments capture;
   std::string output = "out", backend = "auto", initial_pose, groundtruth;
   int threads = 0, max_frames = 0, stride = 1;
   std::vector<int> pixel_use_frames, icp_frames;
@@ -46,6 +51,21 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   return options;
 }
 
+void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) {
+  if (!arguments.orientation.path.empty())
+    throw UsageError("a file of orientations does not go with a live camera", "--orientation", "Give --imu.");
+  if (arguments.stride != 1) throw UsageError("a live run takes what comes", "--stride", "Leave it out.");
+  if (!arguments.orientation.imu_model.empty() || !arguments.orientation.quaternion.empty())
+    throw UsageError("these are of files of orientations, not of a sensor", "--imu-model, --quaternion",
+                     "Leave them out.");
+  const OrientationStreamOptions orientation = stream_options(arguments.orientation);
+  if (arguments.capture.imu != "none") options->orientation_source = arguments.capture.imu;
+  options->open_live = [arguments, orientation, input = options->input] {
+    return std::make_unique<LiveSource>(arguments.capture, input.color, input.intrinsics, arguments.max_frames,
+                                        orientation);
+  };
+}
+
 int run(const RunArguments& arguments) {
   ReconstructionOptions options = reconstruction_options(arguments);
   if (arguments.print_config) {
@@ -54,17 +74,26 @@ int run(const RunArguments& arguments) {
     return 0;
   }
   if (options.sequence.empty())
-    throw UsageError("no sequence was given", "plumbline run", "Give the folder of a sequence.");
-  options.orientation = load_orientation(arguments.orientation, &options.orientation_notes);
-  options.orientation_source = describe(arguments.orientation);
+    throw UsageError("no sequence was given", "plumbline run", "Give the folder of a sequence, or live:.");
+  const bool live = options.sequence == kLive;
+  if (live) {
+    set_up_live(arguments, &options);
+  } else {
+    if (arguments.capture.imu != "none")
+      throw UsageError("a sensor is read in live runs alone", "--imu", "Run live:, or give --orientation FILE.");
+    options.orientation = load_orientation(arguments.orientation, &options.orientation_notes);
+    options.orientation_source = describe(arguments.orientation);
+  }
   const Reconstruction result = reconstruct(options);
-  return result.signal == 0 ? 0 : 128 + result.signal;
+  // Ctrl-C is how a live run ends.
+  return result.signal == 0 || live ? 0 : 128 + result.signal;
 }
 
 void add_options(CLI::App& command, RunArguments& arguments) {
   add_sequence_arguments(command, arguments.sequence, false);
   add_parameter_arguments(command, arguments.parameters);
   add_orientation_arguments(command, arguments.orientation);
+  add_capture_arguments(command, arguments.capture);
   command.add_option("-o,--output", arguments.output, "Folder for the results, created if missing")
       ->capture_default_str()
       ->type_name("DIR");
@@ -114,6 +143,7 @@ void add_run_command(CLI::App& app, Command& chosen, const std::string& command_
   CLI::App* command = app.add_subcommand("run", "Reconstruct a sequence: trajectory, mesh and figures into a folder");
   add_options(*command, *arguments);
   command->footer(
+      "`plumbline run live:` reconstructs what a camera sees, from the devices of --depth and --imu.\n"
       "Writes trajectory.txt, mesh.ply, frames.csv, config.toml and summary.json into DIR.\n"
       "Ctrl-C finishes the current frame and writes everything; the exit code is then 130.");
   arguments->command_line = command_line;

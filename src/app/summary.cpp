@@ -108,6 +108,11 @@ Json orientation_json(const Reconstruction& run) {
           {"message", run.orientation_message.empty() ? Json() : Json(run.orientation_message)}};
 }
 
+Json live_json(const Reconstruction& run) {
+  if (!run.live) return nullptr;
+  return {{"captured", run.live->captured}, {"dropped", run.live->dropped}};
+}
+
 /// ICP iterations of a registered frame, over all levels.
 double mean_iterations(const Reconstruction& run) {
   int iterations = 0, registered = 0;
@@ -160,6 +165,7 @@ std::string summary_json(const Reconstruction& run) {
       {"tracked", run.tracked()},
       {"lost", run.lost()},
       {"lost_frames", lost_frames(run)},
+      {"live", live_json(run)},
       {"interrupted", run.signal != 0},
       {"error", run.failure.empty() ? Json() : Json(run.failure)},
       {"path_length_m", path_length(run.trajectory)},
@@ -180,6 +186,9 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
   const StageMedians ms = stage_medians(run);
   std::vector<std::string> lines = {fmt::format("tracked    {} of {} frames, {} lost; {:.2f} m of path", run.tracked(),
                                                 run.frames.size(), run.lost(), path_length(run.trajectory))};
+  if (run.live)
+    lines.push_back(fmt::format("camera     {} frames, {} of them dropped for lack of time", run.live->captured,
+                                run.live->dropped));
   if (!run.orientation.empty())
     lines.push_back(fmt::format("sensor     used in {} frames", frames_with(run, OrientationUse::used)));
   if (run.ate)

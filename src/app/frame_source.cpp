@@ -1,0 +1,35 @@
+#include "app/frame_source.h"
+
+#include <utility>
+
+#include "app/sequence_text.h"
+
+namespace plumbline::app {
+
+FileSource::FileSource(std::unique_ptr<Sequence> sequence, std::vector<int> indices, const OrientationStream* stream,
+                       std::vector<std::string> stream_lines)
+    : sequence_(std::move(sequence)),
+      total_(static_cast<int>(indices.size())),
+      stream_(stream),
+      stream_lines_(std::move(stream_lines)),
+      reader_(*sequence_, std::move(indices)) {}
+
+std::vector<std::string> FileSource::describe() const {
+  std::vector<std::string> lines = app::describe(*sequence_);
+  lines.insert(lines.end(), stream_lines_.begin(), stream_lines_.end());
+  return lines;
+}
+
+std::optional<Frame> FileSource::next(const std::function<bool()>& stopping) {
+  if (stopping()) return std::nullopt;
+  std::optional<Frame> frame = reader_.next();
+  if (frame && stream_ != nullptr) reading_ = add_orientation(*stream_, &*frame);
+  return frame;
+}
+
+std::optional<OrientationStreamOptions> FileSource::orientation() const {
+  if (stream_ == nullptr) return std::nullopt;
+  return stream_->options();
+}
+
+}  // namespace plumbline::app

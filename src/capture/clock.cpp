@@ -1,0 +1,47 @@
+#include "capture/clock.h"
+
+#include <algorithm>
+#include <ctime>
+
+namespace plumbline::capture {
+namespace {
+
+constexpr Nanoseconds kLongestDelay = kNanosecondsPerSecond / 5;
+constexpr int kLateReadings = 5;       // in a row are no delay but another clock
+constexpr Nanoseconds kDrift = 10000;  // one part in so many: a poor quartz is off by 100 in a million
+
+Nanoseconds read_clock(clockid_t id) {
+  timespec t{};
+  clock_gettime(id, &t);
+  return t.tv_sec * kNanosecondsPerSecond + t.tv_nsec;
+}
+
+}  // namespace
+
+Nanoseconds now() { return read_clock(CLOCK_MONOTONIC); }
+
+Nanoseconds unix_offset() { return read_clock(CLOCK_REALTIME) - now(); }
+
+void DeviceClock::restart(Nanoseconds device, Nanoseconds arrival) {
+  if (last_) ++jumps_;
+  offset_ = arrival - device;
+  late_ = 0;
+}
+
+Nanoseconds DeviceClock::to_host(Nanoseconds device, Nanoseconds arrival) {
+  const Nanoseconds difference = arrival - device;
+  if (!last_ || device <= last_->device || difference < offset_ - kLongestDelay) {
+    restart(device, arrival);
+  } else if (difference > offset_ + kLongestDelay) {
+    if (++late_ >= kLateReadings) restart(device, arrival);
+  } else {
+    late_ = 0;
+    offset_ = std::min(difference, offset_ + (arrival - last_->arrival) / kDrift);
+  }
+  Nanoseconds host = std::min(device + offset_, arrival);
+  if (last_) host = std::max(host, last_->host + 1);
+  last_ = {device, arrival, host};
+  return host;
+}
+
+}  // namespace plumbline::capture
