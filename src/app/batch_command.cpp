@@ -114,11 +114,16 @@ void write_table(const Table& table, const fs::path& folder) {
   write_text(folder / (table.name + ".md"), table_markdown(table));
 }
 
-/// Everything that did not come to its end, each with its whole message.
+/// The first of those that did not come to their end, with their whole messages; the table has all.
 void say_failures(const std::vector<Run>& runs, const Outcomes& outcomes) {
-  for (std::size_t i = 0; i < runs.size(); ++i)
-    if (outcomes.runs[i].status != RunStatus::finished && !outcomes.runs[i].error.empty())
-      complain(fmt::format("{}: {}", runs[i].name, outcomes.runs[i].error));
+  constexpr int kMost = 5;
+  int failed = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const RunOutcome& outcome = outcomes.runs[i];
+    if (outcome.status == RunStatus::finished || outcome.error.empty()) continue;
+    if (++failed <= kMost) complain(fmt::format("{}: {}", runs[i].name, outcome.error));
+  }
+  if (failed > kMost) complain(fmt::format("{} more runs failed", failed - kMost));
 }
 
 int batch(const BatchArguments& arguments) {

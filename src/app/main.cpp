@@ -47,7 +47,7 @@ int run(int argc, char** argv) {
   add_simulate_command(app, chosen);
   add_backends_command(app, chosen);
   add_batch_command(app, chosen);
-  // add_reproduce_command(app, chosen);
+  add_reproduce_command(app, chosen);
   add_task_command(app, chosen);
   try {
     app.parse(argc, argv);
