@@ -137,6 +137,7 @@ Plot plot_of(const Study& study) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       Panel panel{.title = fmt::format("{}, {}", kAxes[axis], systematic ? "systematic" : "random")};
       panel.x = {.label = "angle (°)", .low = -180, .high = 180};
+      for (const int tick : {-180, -90, 0, 90, 180}) panel.x.ticks.emplace_back(tick, std::to_string(tick));
       panel.y = {.label = "error (°)"};
       if (!systematic) panel.y = {.label = "error (°)", .low = 0, .high = 0.1};
       for (std::size_t seed = 0; seed < study.size(); ++seed) {

@@ -439,14 +439,14 @@ TEST_F(Batch, FiguresCountALostFrameWithItsLastPose) {
   // The last frame's row as one that was lost: its pose then is the one before.
   std::string text = read_text(output() + "/frames.csv");
   while (text.back() == '\n') text.pop_back();
-  const std::size_t last = text.rfind('\n'), before = text.rfind('\n', last - 1);
-  const auto pose_at = [&](std::size_t begin, std::size_t end) {
+  const std::size_t last = text.rfind('\n');
+  const auto pose_begin = [&](std::size_t end) {  // of the row that ends there: its last seven fields
     std::size_t comma = end;
     for (int i = 0; i < 7; ++i) comma = text.rfind(',', comma - 1);
-    return std::pair(comma, text.substr(comma, end - comma));
+    return comma;
   };
-  const std::string kept = pose_at(before, last).second;
-  text = text.substr(0, pose_at(last, text.size()).first) + kept + "\n";
+  const std::size_t kept = pose_begin(last);
+  text = text.substr(0, pose_begin(text.size())) + text.substr(kept, last - kept) + "\n";
   write_text(output() + "/frames.csv", text);
   const app::RunFigures lost = app::run_figures(output());
   EXPECT_EQ(lost.ate, figures.ate);

@@ -183,7 +183,7 @@ TEST_F(Slurm, ReproduceGivesTheSameAsLocally) {
   fs::rename(sequence(), path("data/tum/rgbd_dataset_freiburg1_xyz"));
   for (const std::string executor : {"local", "slurm"}) {
     const Outcome outcome = plumbline({"reproduce", "ate", "--data", path("data"), "-o", path(executor), "--executor",
-                                       executor, "--frames", "2", "--seeds", "1"});
+                                       executor, "--frames", "3", "--seeds", "1"});
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   }
   const std::string table = read_text(path("local/ate.csv"));

@@ -3,7 +3,8 @@
 #
 #     with_slurm.sh COMMAND [ARGUMENT...]
 #
-# Everything lies in a temporary folder that is removed at the end; neither systemd nor root is needed. Exits with 77
+# Arrays are small there (4 tasks) and jobs soon forgotten (2 s), so that lists are cut into several arrays and jobs vanish
+# while others run. Everything lies in a temporary folder that is removed at the end; neither systemd nor root is needed. Exits with 77
 # and says why where Slurm or MUNGE is not installed. PLUMBLINE_SLURM_KEEP=1 leaves the folder with the logs.
 set -euo pipefail
 PATH=$PATH:/usr/sbin:/sbin
@@ -82,8 +83,8 @@ MpiDefault=none
 ReturnToService=2
 SchedulerParameters=sched_interval=1,batch_sched_delay=0
 SchedulerType=sched/builtin
-MinJobAge=${PLUMBLINE_SLURM_MIN_JOB_AGE:-300}
-MaxArraySize=${PLUMBLINE_SLURM_MAX_ARRAY_SIZE:-1001}
+MinJobAge=2
+MaxArraySize=4
 KillWait=2
 NodeName=$host NodeAddr=127.0.0.1 CPUs=$(nproc) State=UNKNOWN
 PartitionName=test Nodes=$host Default=YES MaxTime=INFINITE State=UP
