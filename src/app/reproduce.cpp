@@ -63,7 +63,7 @@ ReproduceOptions reduced(ReproduceOptions options) {
   options.scenes = {"desk"};
   options.speeds = {1};
   options.sensors = {"ideal"};
-  options.frames = 120;
+  options.frames = 80;
   options.timed_frames = 50;
   options.seeds = 2;
   options.pairs = 10;
