@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -12,11 +11,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-
-// Giancola, Schneider, Wonka, Ghanem 2018: failures in % of the pairs.
-constexpr std::array<int, 9> kPaperAngles = {5, 10, 15, 20, 25, 30, 40, 50, 60};
-constexpr std::array<int, 9> kPaperOriginal = {0, 10, 25, 55, 75, 90, 100, 100, 100};
-constexpr std::array<int, 9> kPaperImu = {0, 0, 10, 0, 10, 0, 5, 10, 100};
 
 std::string cells(const char* name, const std::array<int, 9>& values) {
   std::string line = fmt::format("  {:<11}", name);

@@ -1,12 +1,18 @@
 // What came out of an angular test, as a table for people, as JSON, and as a row a pair.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "app/angular_test.h"
 
 namespace plumbline::app {
+
+// Giancola, Schneider, Wonka, Ghanem 2018: failures in % of the pairs, over degrees.
+constexpr std::array<int, 9> kPaperAngles = {5, 10, 15, 20, 25, 30, 40, 50, 60};
+constexpr std::array<int, 9> kPaperOriginal = {0, 10, 25, 55, 75, 90, 100, 100, 100};
+constexpr std::array<int, 9> kPaperImu = {0, 0, 10, 0, 10, 0, 5, 10, 100};
 
 /// What was tested, and how.
 struct AngularReport {

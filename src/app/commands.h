@@ -30,5 +30,9 @@ void add_simulate_command(CLI::App& app, Command& chosen);
 void add_download_command(CLI::App& app, Command& chosen);
 void add_record_command(CLI::App& app, Command& chosen);
 void add_backends_command(CLI::App& app, Command& chosen);
+void add_batch_command(CLI::App& app, Command& chosen);
+void add_reproduce_command(CLI::App& app, Command& chosen);
+/// One run of a list, for a scheduler; not for people, and not listed.
+void add_task_command(CLI::App& app, Command& chosen);
 
 }  // namespace plumbline::app

@@ -9,21 +9,11 @@
 #include "app/arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
+#include "app/run_list.h"
 #include "core/error.h"
 
 namespace plumbline::app {
 namespace {
-
-/// The words as they were given, those with blanks in quotes.
-std::string command_line(int argc, char** argv) {
-  std::string line;
-  for (int i = 0; i < argc; ++i) {
-    const std::string word = argv[i];
-    const bool plain = !word.empty() && word.find_first_of(" \t\"'\\$`*?[](){};&|<>#~") == std::string::npos;
-    line += (i == 0 ? "" : " ") + (plain ? word : "'" + word + "'");
-  }
-  return line;
-}
 
 /// Runs the command; every way to fail ends in a line on stderr that says what to do.
 int run_command(const Command& command) {
@@ -47,7 +37,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("plumbline ") + PLUMBLINE_VERSION);
   app.require_subcommand(1);
   Command chosen;
-  const std::string line = command_line(argc, argv);
+  const std::string line = command_text({argv, argv + argc});
   add_run_command(app, chosen, line);
   add_info_command(app, chosen);
   add_angles_command(app, chosen, line);
@@ -60,6 +50,9 @@ int run(int argc, char** argv) {
   add_download_command(app, chosen);
   add_record_command(app, chosen);
   add_backends_command(app, chosen);
+  add_batch_command(app, chosen);
+  add_reproduce_command(app, chosen);
+  add_task_command(app, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <utility>
 
 #include "app/console.h"
 
 namespace plumbline::app {
 namespace {
 
-constexpr int kPlainInterval = 50;  // frames between two lines where there is no terminal
 constexpr int kPlainWidth = 100;
 constexpr std::chrono::milliseconds kRedrawInterval{100};
 constexpr int kMinBar = 10, kMaxBar = 40;  // columns
@@ -28,13 +28,13 @@ std::string bar(const ProgressState& state, int columns) {
 }
 
 /// Counts, speed and time to go, as many of them as fit in `width` columns.
-std::string status_text(const ProgressState& state, int width) {
+std::string status_text(const ProgressState& state, int width, const ProgressWords& words) {
   const double rate = state.seconds > 0 ? state.done / state.seconds : 0;
-  const bool endless = state.total < 0;
+  const bool endless = state.total < 0, slow = rate > 0 && rate < 0.5;
   const std::array<std::string, 5> parts = {
       endless ? fmt::format("{}", state.done) : fmt::format("{}/{}", state.done, state.total),
-      fmt::format("  {} tracked, {} lost", state.tracked, state.lost), state.more,
-      fmt::format("  {:.1f} frames/s", rate),
+      fmt::format("  {} {}, {} {}", state.tracked, words.good, state.lost, words.bad), state.more,
+      slow ? fmt::format("  {:.1f} {}s/min", 60 * rate, words.unit) : fmt::format("  {:.1f} {}s/s", rate, words.unit),
       rate > 0 && !endless ? fmt::format("  ETA {}", duration_text((state.total - state.done) / rate)) : std::string()};
   std::string line;
   for (const std::string& part : parts) {
@@ -46,13 +46,16 @@ std::string status_text(const ProgressState& state, int width) {
 
 }  // namespace
 
-std::string progress_line(const ProgressState& state, int width) {
-  const std::string status = status_text(state, width);
+std::string progress_line(const ProgressState& state, int width, const ProgressWords& words) {
+  const std::string status = status_text(state, width, words);
   const int room = width - static_cast<int>(status.size()) - 3;  // brackets and a blank
   return room < kMinBar || state.total < 0 ? status : bar(state, std::min(room, kMaxBar)) + status;
 }
 
-Progress::Progress(int total, bool quiet) : quiet_(quiet), terminal_(terminal_width() > 0) { state_.total = total; }
+Progress::Progress(int total, bool quiet, ProgressWords words)
+    : words_(std::move(words)), quiet_(quiet), terminal_(terminal_width() > 0) {
+  state_.total = total;
+}
 
 double Progress::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
@@ -60,12 +63,12 @@ void Progress::update(int done, int tracked, int lost) {
   state_ = {done, state_.total, tracked, lost, seconds(), more_};
   if (quiet_) return;
   if (!terminal_) {
-    if (done % kPlainInterval == 0 || done == state_.total)
-      put(fmt::format("frame {}\n", status_text(state_, kPlainWidth)));
+    if (done > 0 && (done % words_.interval == 0 || done == state_.total))
+      put(fmt::format("{} {}\n", words_.unit, status_text(state_, kPlainWidth, words_)));
     return;
   }
   const Clock::time_point now = Clock::now();
-  if (now - drawn_ < kRedrawInterval) return;
+  if (words_.interval > 1 && now - drawn_ < kRedrawInterval) return;  // of what is rare, each counts
   drawn_ = now;
   draw();
 }
@@ -78,7 +81,7 @@ void Progress::note(std::string_view line) {
 
 void Progress::draw() {
   // The last column stays free: some terminals begin a new line when it is filled.
-  put("\r" + progress_line(state_, std::max(1, terminal_width() - 1)) + "\x1b[K");
+  put("\r" + progress_line(state_, std::max(1, terminal_width() - 1), words_) + "\x1b[K");
   visible_ = true;
 }
 
