@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
   add_angles_command(app, chosen, line);
   add_eval_command(app, chosen);
   add_render_command(app, chosen);
+  add_view_command(app, chosen);
   add_demo_command(app, chosen, line);
   add_simulate_command(app, chosen);
   add_backends_command(app, chosen);

@@ -1,0 +1,49 @@
+// Where to stand at first: all of the scene in sight, from the side from which it was recorded.
+import * as THREE from 'three';
+
+const SAMPLES = 5000;
+const PITCH = (32 * Math.PI) / 180; // looking down
+
+const quantile = (values, share) => values.sort((a, b) => a - b)[Math.floor(share * (values.length - 1))];
+
+/** Points of the mesh, or of the path where there is no mesh. */
+function samplePoints({ mesh, frames, path }) {
+  const points = [];
+  const take = (count, point) => {
+    for (let i = 0; i < count; i += Math.max(1, Math.floor(count / SAMPLES))) points.push(point(i));
+  };
+  if (mesh) take(mesh.vertices, (i) => [0, 1, 2].map((k) => mesh.origin[k] + mesh.step * mesh.positions[4 * i + k]));
+  else if (frames) take(frames.rows, (i) => frames.position(i));
+  else if (path) take(path.length / 3, (i) => [...path.subarray(3 * i, 3 * i + 3)]);
+  return points.length ? points : [[0, 0, 0]];
+}
+
+/** Middle and size of what is there, without stray parts: medians, and the distance within which most of it lies. */
+export function sceneExtent(report) {
+  const points = samplePoints(report);
+  const center = [0, 1, 2].map((k) => quantile(points.map((p) => p[k]), 0.5));
+  const radius = quantile(points.map((p) => Math.hypot(p[0] - center[0], p[1] - center[1], p[2] - center[2])), 0.85);
+  return { center: new THREE.Vector3(...center), radius: Math.max(radius, 0.05) };
+}
+
+/** The mean direction in which the cameras looked, level; the first camera's where they looked all around. */
+function levelDirection({ frames, path, camera }, up) {
+  const level = (v) => v.projectOnPlane(up);
+  const forward = (row) => level(new THREE.Vector3(0, 0, 1).applyQuaternion(new THREE.Quaternion(...frames.quaternion(row))));
+  if (frames) {
+    const mean = new THREE.Vector3();
+    const step = Math.max(1, Math.floor(frames.rows / 500));
+    for (let row = 0; row < frames.rows; row += step) mean.addScaledVector(forward(row), step / frames.rows);
+    if (mean.length() > 0.3) return mean.normalize();
+    if (forward(0).length() > 0.1) return forward(0).normalize();
+  }
+  const any = Math.abs(up.x) < 0.9 ? new THREE.Vector3(1, 0, 0.6) : new THREE.Vector3(0, 1, 0.6);
+  return level(any).normalize();
+}
+
+export function overview(report, { center, radius }, fieldOfView) {
+  const up = new THREE.Vector3(...report.up);
+  const direction = levelDirection(report, up).multiplyScalar(Math.cos(PITCH)).addScaledVector(up, -Math.sin(PITCH));
+  const distance = (1.05 * radius) / Math.sin((fieldOfView * Math.PI) / 360);
+  return { position: center.clone().addScaledVector(direction, -distance), target: center };
+}
