@@ -7,7 +7,7 @@ const version = async (name) => JSON.parse(await readFile(new URL(`node_modules/
 
 const here = (path) => new URL(path, import.meta.url).pathname;
 const result = await build({
-  entryPoints: [here('src/main.js'), here('src/style.css')],
+  entryPoints: [here('src/main.js')],
   bundle: true,
   minify: true,
   format: 'iife',

@@ -208,6 +208,12 @@ TEST(FrameTable, ThinsLongRuns) {
 
 class ReportFile : public SmallSequence {
  protected:
+  /// What the program has put into a page; the rest is the same for all.
+  static std::string data_of(const std::string& page) {
+    const std::string text = read_text(page);
+    const std::size_t begin = text.find("<script type=\"application/json\""), end = text.rfind("<script>");
+    return begin < end && end != std::string::npos ? text.substr(begin, end - begin) : "no data";
+  }
   void SetUp() override {
     if (!app::can_report()) GTEST_SKIP() << "built without the report";
   }
@@ -217,9 +223,8 @@ TEST_F(ReportFile, LiesBesideEveryRun) {
   const Outcome outcome = plumbline(small_run(sequence(), output()));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("report     " + output() + "/report.html"));
-  const std::string page = read_text(output() + "/report.html");
-  EXPECT_THAT(page, AllOf(HasSubstr("All 10 frames were tracked"), HasSubstr("id=\"mesh-indices\"")));
-  EXPECT_THAT(page, Not(HasSubstr("the report's data")));
+  EXPECT_THAT(data_of(output() + "/report.html"),
+              AllOf(HasSubstr("All 10 frames were tracked"), HasSubstr("id=\"mesh-indices\"")));
   // A later run without one must not leave the page of another.
   EXPECT_EQ(plumbline(small_run(sequence(), output(), {"--no-report"})).exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(output() + "/report.html"));
@@ -230,9 +235,8 @@ TEST_F(ReportFile, WordsOfTheUserAreNoMarkup) {
   std::filesystem::create_directories(path("a<") + "/script><b>");
   const std::string folder = path("a<") + "/script><b>";
   ASSERT_EQ(plumbline(small_run(sequence(), folder)).exit_code, 0);
-  const std::string page = read_text(folder + "/report.html");
-  EXPECT_THAT(page, Not(HasSubstr("</script><b>")));
-  EXPECT_THAT(page, HasSubstr("\\u003c/script><b>"));
+  EXPECT_THAT(data_of(folder + "/report.html"),
+              AllOf(HasSubstr("\\u003c/script>\\u003cb>"), Not(HasSubstr("</script><b>"))));
 }
 
 TEST_F(ReportFile, AFullDiskCostsThePageAndNothingElse) {
@@ -279,7 +283,7 @@ TEST_F(View, OpensTheReportOfARunAndAPageOfAMesh) {
   EXPECT_THAT(read_text(path("opened")), Not(HasSubstr("report.html")));
   std::filesystem::remove(output() + "/report.html");
   EXPECT_EQ(view({output(), "--no-open", "-o", path("page.html")}, "").exit_code, 0);
-  EXPECT_THAT(read_text(path("page.html")), AllOf(HasSubstr("mesh.ply"), HasSubstr("id=\"path\"")));
+  EXPECT_THAT(data_of(path("page.html")), AllOf(HasSubstr("mesh.ply"), HasSubstr("id=\"path\"")));
 }
 
 TEST_F(View, SaysWhatIsMissing) {

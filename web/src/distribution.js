@@ -72,7 +72,7 @@ class DistributionPlot {
         axis({ label: 'distance of a pair, mm', labelSize: 18, labelFont: '11px system-ui, sans-serif', size: 24 }),
         axis({ label: 'share of the pairs per mm, %', labelSize: 18, labelFont: '11px system-ui, sans-serif', size: 40 }),
       ],
-      series: [{}, ...this.trace.iterations.map((_, i) => ({ stroke: stroke(i), width: 1.25, points: { show: false } }))],
+      series: [{}, ...this.trace.iterations.map((_, i) => ({ stroke: stroke(i), width: this.width(i), points: { show: false } }))],
       hooks: { draw: [(u) => this.drawMedian(u)] },
     };
   }
@@ -91,10 +91,14 @@ class DistributionPlot {
     ctx.restore();
   }
 
+  width(iteration) {
+    return iteration === this.chosen ? 2.5 : 1.25;
+  }
+
   choose(iteration) {
     this.chosen = iteration;
-    this.chart.series.forEach((series, i) => {
-      if (i > 0) series.width = i - 1 === iteration ? 2.5 : 1.25;
+    this.chart.series.slice(1).forEach((series, i) => {
+      series.width = this.width(i);
     });
     this.chart.redraw();
   }
@@ -128,7 +132,6 @@ export function showDistribution(host, report) {
     state.plot?.destroy();
     chart.replaceChildren();
     state.plot = new DistributionPlot(chart, trace);
-    state.plot.choose(trace.iterations.length - 1);
     rows.replaceChildren(table(trace, state.plot));
   };
   const choice = traces.length === 1

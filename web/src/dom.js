@@ -14,5 +14,5 @@ export const byId = (id) => document.getElementById(id);
 
 /** A number with few digits, or a dash for what is not known. */
 export function figure(value, digits, unit) {
-  return Number.isFinite(value) ? `${value.toFixed(digits)}\u202f${unit}` : '–';
+  return Number.isFinite(value) ? `${value.toFixed(digits)}${unit && unit !== '°' ? '\u202f' : ''}${unit}` : '–';
 }

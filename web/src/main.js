@@ -1,5 +1,6 @@
 // The report: text, 3D view, time line and plots around one number, the current frame's row.
 import 'uplot/dist/uPlot.min.css';
+import './style.css';
 import { readReport } from './data.js';
 import { byId } from './dom.js';
 import { showDistribution } from './distribution.js';

@@ -19,16 +19,16 @@ function plotList(frames) {
     { title: 'Matched pixels', lines: [line('', 'inlier_fraction', 100, 'line-1', 0, '%')] },
     { title: 'Iterations', lines: [line('', 'iterations', 1, 'line-1', 0, '', { stepped: true })] },
     {
-      title: 'Turn since the last frame, and correction of the first guess',
+      title: 'Turn',
       lines: [
-        line('first guess', 'seed_deg', 1, 'line-2', 2, '°'),
+        line('last pose to guess', 'seed_deg', 1, 'line-2', 2, '°'),
         line('guess to result', 'seed_to_result_deg', 1, 'line-1', 2, '°'),
       ],
     },
     {
-      title: 'Time',
+      title: 'Time of the stages, ms',
       stacked: true,
-      lines: STAGES.map((stage, i) => line(stage === 'raycast' ? 'ray cast' : stage, `${stage}_ms`, 1, `stage-${i + 1}`, 1, 'ms')),
+      lines: STAGES.map((stage, i) => line(stage === 'raycast' ? 'ray cast' : stage, `${stage}_ms`, 1, `stage-${i + 1}`, 1, '')),
     },
   );
   return list;

@@ -20,9 +20,17 @@ function samplePoints({ mesh, frames, path }) {
 
 /** Middle and size of what is there, without stray parts: medians, and the distance within which most of it lies. */
 export function sceneExtent(report) {
-  const points = samplePoints(report);
+  return extentOf(samplePoints(report), 0.85);
+}
+
+/** Of the cameras alone. */
+export function pathExtent({ frames }) {
+  return extentOf(samplePoints({ frames }), 1);
+}
+
+function extentOf(points, share) {
   const center = [0, 1, 2].map((k) => quantile(points.map((p) => p[k]), 0.5));
-  const radius = quantile(points.map((p) => Math.hypot(p[0] - center[0], p[1] - center[1], p[2] - center[2])), 0.85);
+  const radius = quantile(points.map((p) => Math.hypot(p[0] - center[0], p[1] - center[1], p[2] - center[2])), share);
   return { center: new THREE.Vector3(...center), radius: Math.max(radius, 0.05) };
 }
 

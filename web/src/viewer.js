@@ -6,7 +6,7 @@ import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 import { element } from './dom.js';
 import { color, onThemeChange } from './theme.js';
-import { overview, sceneExtent } from './view.js';
+import { overview, pathExtent, sceneExtent } from './view.js';
 
 // Colours are those of the screen throughout, as the page's style has them.
 THREE.ColorManagement.enabled = false;
@@ -27,7 +27,8 @@ function errorColors(errors) {
 function segments(points, name, width) {
   const geometry = new LineSegmentsGeometry();
   geometry.setPositions(points.length ? points : [0, 0, 0, 0, 0, 0]);
-  const lines = new LineSegments2(geometry, new LineMaterial({ linewidth: width }));
+  // Over the mesh: where the path is matters more than what stands before it.
+  const lines = new LineSegments2(geometry, new LineMaterial({ linewidth: width, depthTest: false, transparent: true }));
   lines.visible = points.length > 0;
   lines.frustumCulled = false;
   lines.userData.color = name;
@@ -99,10 +100,13 @@ export class Viewer {
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
     this.camera.up.fromArray(report.up);
-    this.scene.add(this.camera, new THREE.HemisphereLight(0xffffff, 0x8d8a86, 1.9));
-    const lamp = new THREE.DirectionalLight(0xffffff, 1.5);
+    const sky = new THREE.HemisphereLight(0xffffff, 0xb5b0aa, 2.1);
+    sky.position.fromArray(report.up);
+    this.scene.add(this.camera, sky);
+    const lamp = new THREE.DirectionalLight(0xffffff, 1.6);
     lamp.position.set(0.4, 0.8, 1);
-    this.camera.add(lamp);
+    lamp.target.position.set(0, 0, -1);
+    this.camera.add(lamp, lamp.target); // it comes from over the viewer's shoulder
     this.extent = sceneExtent(report);
     this.layers = this.makeLayers();
     for (const { object } of this.layers) this.scene.add(object);
@@ -163,12 +167,14 @@ export class Viewer {
     const look = element('button', { type: 'button', class: 'chip', 'aria-pressed': 'false', onclick: () => {
       this.lookThrough(!this.through);
       look.setAttribute('aria-pressed', String(this.through));
-    } }, 'Through the camera');
-    const home = element('button', { type: 'button', class: 'chip', onclick: () => {
+    } }, 'Camera’s view');
+    const stand = (name, extent) => element('button', { type: 'button', class: 'chip', onclick: () => {
       if (this.through) look.click();
-      this.home();
-    } }, 'Reset view');
-    bar.append(element('div', { class: 'group' }, ...toggles), element('div', { class: 'group' }, legend, select, this.report.frames ? look : null, home));
+      this.home(extent());
+    } }, name);
+    const views = [stand('Whole scene', () => this.extent)];
+    if (this.report.frames) views.push(stand('Path', () => pathExtent(this.report)), look);
+    bar.append(element('div', { class: 'group' }, ...toggles), element('div', { class: 'group' }, legend, select, ...views));
     if (this.mesh) choose(shadings[0]);
   }
 
@@ -211,32 +217,31 @@ export class Viewer {
     this.render();
   }
 
-  home() {
-    const { position, target } = overview(this.report, this.extent, FIELD_OF_VIEW);
+  home(extent = this.extent) {
+    const { position, target } = overview(this.report, extent, FIELD_OF_VIEW);
     this.camera.position.copy(position);
-    this.camera.near = this.extent.radius / 500;
+    this.camera.near = extent.radius / 500;
     this.camera.far = this.extent.radius * 100;
+    this.camera.updateProjectionMatrix();
     this.controls.target.copy(target);
-    this.resize();
     this.controls.update();
     this.render();
   }
 
   /** Stands where the recording camera stood, and follows it. */
   lookThrough(through) {
-    if (through) this.before = { position: this.camera.position.clone(), up: this.camera.up.clone() };
+    if (through) this.before = this.camera.position.clone();
     this.through = through;
     this.controls.enabled = !through;
-    this.marker.visible = !through && this.layers.at(-1).object.visible;
+    for (const child of this.marker.children) child.visible = !through; // not from within
     if (through) {
       this.placeThrough();
     } else {
-      this.camera.position.copy(this.before.position);
-      this.camera.up.copy(this.before.up);
-      this.marker.visible = true;
+      this.camera.position.copy(this.before);
       this.controls.update();
     }
-    this.resize();
+    this.setLens();
+    this.render();
   }
 
   placeThrough() {
@@ -252,7 +257,12 @@ export class Viewer {
     if (!width || !height) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2));
     this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
+    this.setLens();
+    this.draw(); // at once: a resized canvas is blank
+  }
+
+  setLens() {
+    this.camera.aspect = this.host.clientWidth / Math.max(1, this.host.clientHeight);
     this.camera.fov = FIELD_OF_VIEW;
     if (this.through) {
       const { camera: k } = this.report;
@@ -260,7 +270,6 @@ export class Viewer {
       this.camera.fov = (2 * 180 * Math.atan(half)) / Math.PI;
     }
     this.camera.updateProjectionMatrix();
-    this.draw(); // at once: a resized canvas is blank
   }
 
   /** Draws with the browser's next picture, once, however often it is asked. */
