@@ -154,7 +154,7 @@ Report demo_report(const Reconstruction& run, std::vector<double> errors, const 
   report.verdict = demo_verdict(run, surface);
   report.remarks = {fast};
   report.facts.insert(report.facts.begin() + 2, {"Surface error", fmt::format("{:.1f} mm", 1e3 * surface.mean),
-                                                 fmt::format("mean; median {:.1f} mm, rmse {:.1f} mm",
+                                                 fmt::format("mean; median {:.1f}\u00a0mm, rmse {:.1f}\u00a0mm",
                                                              1e3 * surface.median, 1e3 * surface.rmse)});
   report.surface_errors = std::move(errors);
   report.error_range = kErrorRange;

@@ -59,7 +59,7 @@ std::string longest_gap_text(const Reconstruction& run) {
 }
 
 std::string millimetres(double metres) {
-  return metres < 1 ? fmt::format("{:.1f} mm", 1e3 * metres) : fmt::format("{:.2f} m", metres);
+  return metres < 1 ? fmt::format("{:.1f}\u00a0mm", 1e3 * metres) : fmt::format("{:.2f}\u00a0m", metres);
 }
 
 std::string tracked_text(const Reconstruction& run) {
@@ -103,7 +103,7 @@ Verdict verdict_of(const Reconstruction& run) {
   text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
   if (run.ate)
     text +=
-        fmt::format(", and the camera’s path is within {} (rmse) of the truth", millimetres(run.ate->translation.rmse));
+        fmt::format(", and the camera's path is within {} (rmse) of the truth", millimetres(run.ate->translation.rmse));
   text += '.';
   if (!run.failure.empty()) text = "The run broke off. Until then: " + text;
   if (run.failure.empty() && run.signal != 0) text = "The run was interrupted. Until then: " + text;

@@ -34,8 +34,23 @@ function extentOf(points, share) {
   return { center: new THREE.Vector3(...center), radius: Math.max(radius, 0.05) };
 }
 
+/** From the middle of the path to that of the scene. */
+function fromPath(path, center) {
+  const mean = new THREE.Vector3();
+  for (let i = 0; i < path.length; i += 3) mean.add(new THREE.Vector3(...path.subarray(i, i + 3)));
+  return center.clone().addScaledVector(mean, -3 / path.length);
+}
+
+/** Against the mean normal: surfaces face the side from which they were seen. */
+function againstNormals({ vertices, normals }) {
+  const mean = new THREE.Vector3();
+  const step = Math.max(1, Math.floor(vertices / SAMPLES));
+  for (let i = 0; i < vertices; i += step) mean.sub(new THREE.Vector3(...normals.subarray(4 * i, 4 * i + 3)));
+  return mean.multiplyScalar(step / (127 * vertices));
+}
+
 /** The mean direction in which the cameras looked, level; the first camera's where they looked all around. */
-function levelDirection({ frames, path, camera }, up) {
+function levelDirection({ frames, path, mesh }, center, up) {
   const level = (v) => v.projectOnPlane(up);
   const forward = (row) => level(new THREE.Vector3(0, 0, 1).applyQuaternion(new THREE.Quaternion(...frames.quaternion(row))));
   if (frames) {
@@ -45,13 +60,15 @@ function levelDirection({ frames, path, camera }, up) {
     if (mean.length() > 0.3) return mean.normalize();
     if (forward(0).length() > 0.1) return forward(0).normalize();
   }
+  const guess = path?.length ? level(fromPath(path, center)) : mesh?.normals ? level(againstNormals(mesh)) : null;
+  if (guess?.length() > 0.05) return guess.normalize();
   const any = Math.abs(up.x) < 0.9 ? new THREE.Vector3(1, 0, 0.6) : new THREE.Vector3(0, 1, 0.6);
   return level(any).normalize();
 }
 
 export function overview(report, { center, radius }, fieldOfView) {
   const up = new THREE.Vector3(...report.up);
-  const direction = levelDirection(report, up).multiplyScalar(Math.cos(PITCH)).addScaledVector(up, -Math.sin(PITCH));
+  const direction = levelDirection(report, center, up).multiplyScalar(Math.cos(PITCH)).addScaledVector(up, -Math.sin(PITCH));
   const distance = (1.05 * radius) / Math.sin((fieldOfView * Math.PI) / 360);
   return { position: center.clone().addScaledVector(direction, -distance), target: center };
 }
