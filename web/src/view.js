@@ -69,6 +69,15 @@ function levelDirection({ frames, path, mesh }, center, up) {
 export function overview(report, { center, radius }, fieldOfView) {
   const up = new THREE.Vector3(...report.up);
   const direction = levelDirection(report, center, up).multiplyScalar(Math.cos(PITCH)).addScaledVector(up, -Math.sin(PITCH));
-  const distance = (1.05 * radius) / Math.sin((fieldOfView * Math.PI) / 360);
+  const half = (fieldOfView * Math.PI) / 360;
+  const near = (0.9 * radius) / Math.sin(half);
+  // Far enough back to see the whole path too, if that does not make the rest tiny.
+  const { frames, path } = report;
+  const distance = (frames || path?.length ? samplePoints({ frames, path }) : []).reduce((farthest, point) => {
+    const offset = new THREE.Vector3(...point).sub(center);
+    const along = offset.dot(direction);
+    const aside = Math.sqrt(Math.max(0, offset.lengthSq() - along * along));
+    return Math.max(farthest, Math.min(2 * near, (1.08 * aside) / Math.tan(half) - along));
+  }, near);
   return { position: center.clone().addScaledVector(direction, -distance), target: center };
 }

@@ -187,7 +187,7 @@ test('a page of a mesh alone', async () => {
   const path = join(folder, 'mesh.html');
   plumbline('view', join(out, 'mesh.ply'), '--no-open', '-o', path);
   const { page, complaints, close } = await open(path);
-  assert.ok((await look(page)).filled > 0.1);
+  assert.ok((await look(page)).filled > 0.05);
   assert.ok((await page.locator('#scene canvas').boundingBox()).height > 250);
   assert.equal(await page.locator('#plots').isVisible(), false);
   assert.equal(await page.textContent('#title'), 'mesh.ply');
