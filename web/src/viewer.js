@@ -32,6 +32,7 @@ function segments(points, name, width) {
   lines.visible = points.length > 0;
   lines.frustumCulled = false;
   lines.userData.color = name;
+  lines.renderOrder = name === 'difference' ? 1 : 2; // the paths stay visible over what joins them
   return lines;
 }
 
@@ -147,7 +148,7 @@ export class Viewer {
     const ends = [];
     for (let i = 0; i < frames.rows; i++)
       if (Number.isFinite(frames.at('true_tx', i))) ends.push(...frames.position(i), ...frames.truePosition(i));
-    return segments(ends, 'difference', 1.5);
+    return segments(ends, 'difference', 1);
   }
 
   showBar(bar) {
@@ -172,7 +173,7 @@ export class Viewer {
       if (this.through) look.click();
       this.home(extent());
     } }, name);
-    const views = [stand('Whole scene', () => this.extent)];
+    const views = [stand('Scene', () => this.extent)];
     if (this.report.frames) views.push(stand('Path', () => pathExtent(this.report)), look);
     bar.append(element('div', { class: 'group' }, ...toggles), element('div', { class: 'group' }, legend, select, ...views));
     if (this.mesh) choose(shadings[0]);
