@@ -25,6 +25,7 @@ void add_calibrate_command(CLI::App& app, Command& chosen, const std::string& co
 void add_eval_command(CLI::App& app, Command& chosen);
 void add_render_command(CLI::App& app, Command& chosen);
 void add_plot_command(CLI::App& app, Command& chosen);
+void add_view_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen, const std::string& command_line);
 void add_simulate_command(CLI::App& app, Command& chosen);
 void add_download_command(CLI::App& app, Command& chosen);

@@ -33,6 +33,11 @@ void complain(std::string_view message) {
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
+void warn(std::string_view message) {
+  const std::string text = fmt::format("plumbline: warning: {}\n", message);
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
 void flush_output() {
   errno = 0;
   note_error(std::fflush(stdout) != 0);

@@ -20,6 +20,9 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
 /// "plumbline: error: …" on stderr.
 void complain(std::string_view message);
 
+/// "plumbline: warning: …" on stderr: something is missing that the command can do without.
+void warn(std::string_view message);
+
 /// Throws Error if something said could not be written (a full disk behind a redirection). A reader that closed its
 /// end of a pipe has seen all that it wanted: no error.
 void flush_output();

@@ -8,17 +8,15 @@
 
 #include "app/commands.h"
 #include "app/console.h"
-#include "app/demo_report.h"
 #include "app/error_color.h"
 #include "app/reconstruction.h"
+#include "app/report.h"
 #include "app/simulated_sequence.h"
 #include "core/error.h"
 #include "eval/surface_error.h"
 #include "imu/error_model.h"
-#include "io/atomic_file.h"
 #include "io/orientation_file.h"
 #include "io/png.h"
-#include "io/text_file.h"
 #include "sim/mesh_renderer.h"
 #include "sim/scenes.h"
 #include "sim/trajectory.h"
@@ -30,7 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr Pinhole kCamera{262.5f, 262.5f, 159.5f, 119.5f, 320, 240};  // a Kinect's field of view at half its size
 constexpr Pinhole kPictureCamera{1100.0f, 1100.0f, 639.5f, 479.5f, 1280, 960};
-constexpr double kErrorRange = 0.02;  // metres that are red
+constexpr double kErrorRange = 0.02;                             // metres that are red
+constexpr double kGoodTrajectory = 0.010, kGoodSurface = 0.010;  // metres
 constexpr double kFast = 4;
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 constexpr int kFastFrames = 160;  // before they are played faster
@@ -40,12 +39,6 @@ struct DemoArguments {
   int frames = 180;
   int threads = 0;
 };
-
-void write_text(const fs::path& path, const std::string& text) {
-  AtomicFile file(path.string());
-  file.write(text);
-  file.commit();
-}
 
 /// The desk along a path, `speed` times as fast as a calm hand, with an early depth camera's errors.
 SimulatedSequence demo_sequence(const sim::Scene& scene, const char* kind, int frames, double speed) {
@@ -78,6 +71,7 @@ ReconstructionOptions demo_options(const DemoArguments& arguments, const SE3& in
   options.parameters.volume.truncation = 0.04;
   options.threads = arguments.threads;
   options.initial_pose = initial_pose;  // so that the mesh lies in the scene's own frame
+  options.report = false;               // the demo has its own
   options.command_line = arguments.command_line;
   return options;
 }
@@ -136,6 +130,37 @@ std::string fast_motion(const DemoArguments& arguments, const sim::Scene& scene)
       kFast, without, chip.x() * kDegreesPerRadian, chip.z() * kDegreesPerRadian, outcome(options));
 }
 
+/// Whether the demo shows what it should.
+Verdict demo_verdict(const Reconstruction& run, const eval::Statistics& surface) {
+  const bool tracked = run.lost() == 0 && run.ate;
+  if (tracked && run.ate->translation.rmse <= kGoodTrajectory && surface.mean <= kGoodSurface)
+    return {Verdict::Level::good,
+            fmt::format("It works: all {} frames were tracked, the camera's path is within {:.1f} mm (rmse) of the "
+                        "truth, and the mesh lies {:.1f} mm (mean) from the true surfaces.",
+                        run.frames.size(), 1e3 * run.ate->translation.rmse, 1e3 * surface.mean)};
+  return {Verdict::Level::poor,
+          fmt::format("This is not as good as it should be: {} of {} frames were lost, the camera's path is {} from "
+                      "the truth, and the mesh lies {:.1f} mm (mean) from the true surfaces.",
+                      run.lost(), run.frames.size(),
+                      run.ate ? fmt::format("{:.1f} mm (rmse)", 1e3 * run.ate->translation.rmse)
+                              : std::string("an unknown distance"),
+                      1e3 * surface.mean)};
+}
+
+Report demo_report(const Reconstruction& run, std::vector<double> errors, const std::string& fast) {
+  const eval::Statistics surface = eval::statistics(errors);
+  Report report = report_of(run);
+  report.title = "Plumbline demo";
+  report.verdict = demo_verdict(run, surface);
+  report.remarks = {fast};
+  report.facts.insert(report.facts.begin() + 2, {"Surface error", fmt::format("{:.1f} mm", 1e3 * surface.mean),
+                                                 fmt::format("mean; median {:.1f}\u00a0mm, rmse {:.1f}\u00a0mm",
+                                                             1e3 * surface.median, 1e3 * surface.rmse)});
+  report.surface_errors = std::move(errors);
+  report.error_range = kErrorRange;
+  return report;
+}
+
 int demo(const DemoArguments& arguments) {
   const fs::path folder(arguments.output);
   const sim::Scene scene = sim::make_scene("desk");
@@ -147,14 +172,14 @@ int demo(const DemoArguments& arguments) {
   if (run.signal != 0) return 128 + run.signal;
   const std::vector<double> errors = eval::distances_to_mesh(run.mesh.positions, scene.mesh);
   const std::string picture = (folder / "mesh.png").string(), error_picture = (folder / "error.png").string(),
-                    report = (folder / "report.html").string();
+                    page = (folder / "report.html").string();
   write_picture(picture, run.mesh, run.trajectory);
   write_picture(error_picture, painted_by_error(run.mesh, errors), run.trajectory);
-  const DemoResult result{run, eval::statistics(errors), read_file(picture), read_file(error_picture),
-                          fast_motion(arguments, scene)};
-  write_text(report, report_html(result));
-  say("\n{}\n{}\n\nreport   {}\npicture  {}\nerrors   {}\nmesh     {}", verdict(result), result.fast_motion, report,
-      picture, error_picture, (folder / "run" / "mesh.ply").string());
+  const Report report = demo_report(run, errors, fast_motion(arguments, scene));
+  if (can_report()) write_report(page, report);
+  say("\n{}\n{}\n", report.verdict.text, report.remarks.front());
+  say("report   {}", can_report() ? page : "none: this program was built without it (PLUMBLINE_REPORT)");
+  say("picture  {}\nerrors   {}\nmesh     {}", picture, error_picture, (folder / "run" / "mesh.ply").string());
   return 0;
 }
 

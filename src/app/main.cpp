@@ -45,6 +45,7 @@ int run(int argc, char** argv) {
   add_eval_command(app, chosen);
   add_render_command(app, chosen);
   add_plot_command(app, chosen);
+  add_view_command(app, chosen);
   add_demo_command(app, chosen, line);
   add_simulate_command(app, chosen);
   add_download_command(app, chosen);

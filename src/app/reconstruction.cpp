@@ -17,6 +17,7 @@
 #include "app/orientation_check.h"
 #include "app/pixel_use.h"
 #include "app/progress.h"
+#include "app/report.h"
 #include "app/summary.h"
 #include "backend/backend.h"
 #include "core/config.h"
@@ -105,7 +106,7 @@ class Runner {
     run_.groundtruth = asked ? options_.groundtruth : run_.sequence.groundtruth;
     if (run_.groundtruth.empty()) return;
     try {
-      groundtruth_ = read_trajectory(run_.groundtruth);
+      run_.truth = read_trajectory(run_.groundtruth);
     } catch (const Error& error) {
       if (asked) throw;
       run_.ate_note = error.what();  // a damaged companion file is no reason not to reconstruct
@@ -182,7 +183,7 @@ class Runner {
                                 distrusted ? "disagrees with the tracking and is not used" : "agrees again"));
   }
 
-  void write_diagnostics(const FrameReport& report, const FrameDiagnostics& diagnostics, Progress& progress) const {
+  void write_diagnostics(const FrameReport& report, const FrameDiagnostics& diagnostics, Progress& progress) {
     const auto write = [&](bool wanted, bool empty, const std::string& name, const auto& writer) {
       if (!wanted) return;
       if (empty)
@@ -194,7 +195,8 @@ class Runner {
           [&](const std::string& path) { write_pixel_use(path, diagnostics.pixel_use); });
     write(diagnostics.want_iterations, diagnostics.iterations.empty(), fmt::format("icp_{}.json", report.index),
           [&](const std::string& path) {
-            write_text(path, icp_json(report, diagnostics.iterations, options_.parameters));
+            run_.icp_traces.push_back(icp_json(report, diagnostics.iterations, options_.parameters));
+            write_text(path, run_.icp_traces.back());
           });
   }
 
@@ -240,14 +242,33 @@ class Runner {
     write_text(output("config.toml"), to_toml(options_.parameters));
     if (log_) log_->commit();
     write_text(output("summary.json"), summary_json(run_));
+    write_page();
     if (options_.quiet) return;
     for (const std::string& line : summary_text(run_)) say(line);
+    if (!run_.report.empty()) say("report     {}", run_.report);
+    if (options_.report && !can_report()) say("report     none: this program was built without it (PLUMBLINE_REPORT)");
+  }
+
+  /// Last, and never what a run fails for: the other files hold all that is in the page.
+  void write_page() {
+    const std::string path = output("report.html");
+    try {
+      if (options_.report && can_report()) {
+        write_report(path, report_of(run_));
+        run_.report = path;
+        return;
+      }
+    } catch (const std::exception& error) {
+      warn(fmt::format("there is no report of this run; its other files are whole\n  {}", error.what()));
+    }
+    std::error_code ignored;  // a page of an earlier run would tell of other results
+    std::filesystem::remove(path, ignored);
   }
 
   void evaluate() {
-    if (groundtruth_.empty()) return;
+    if (run_.truth.empty()) return;
     try {
-      run_.ate = eval::absolute_trajectory_error(groundtruth_, run_.trajectory);
+      run_.ate = eval::absolute_trajectory_error(run_.truth, run_.trajectory);
     } catch (const Error& error) {
       run_.ate_note = error.what();
     }
@@ -269,7 +290,6 @@ class Runner {
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<FrameLog> log_;
-  Trajectory groundtruth_;
   std::optional<OrientationCheck> check_;
   std::optional<OrientationReading> reading_;  ///< of the current frame; none without a sensor
   std::exception_ptr failure_;

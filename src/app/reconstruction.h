@@ -30,6 +30,7 @@ struct ReconstructionOptions {
   SE3 initial_pose;         ///< world_from_camera of the first frame
   std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
   bool mesh = true;
+  bool report = true;  ///< write report.html, if this program can
   std::optional<OrientationStream> orientation;
   std::string orientation_source;              ///< in words, for the summary
   std::vector<std::string> orientation_notes;  ///< what was odd about its file
@@ -55,12 +56,15 @@ struct Reconstruction {
   std::string orientation;          ///< source in words, or empty
   std::string orientation_message;  ///< what the user should know about the readings, or empty
   std::string groundtruth;          ///< path, or empty
+  Trajectory truth;                 ///< its poses, or empty
   std::optional<eval::AbsoluteError> ate;
   std::string ate_note;            ///< why there is no `ate` although there is a ground truth
   std::optional<LiveCounts> live;  ///< of a live run
   double wall_seconds = 0;
-  std::string failure;  ///< message of what ended the run early, or empty
-  int signal = 0;       ///< that ended the run early, or 0
+  std::vector<std::string> icp_traces;  ///< what was written for `icp_frames`, JSON
+  std::string failure;                  ///< message of what ended the run early, or empty
+  std::string report;                   ///< path of report.html, or empty if there is none
+  int signal = 0;                       ///< that ended the run early, or 0
 
   int tracked() const { return static_cast<int>(trajectory.size()); }
   int lost() const { return static_cast<int>(frames.size() - trajectory.size()); }

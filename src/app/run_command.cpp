@@ -27,7 +27,7 @@ struct RunArguments {
   std::string output = "out", backend = "auto", initial_pose, groundtruth;
   int threads = 0, max_frames = 0, stride = 1;
   std::vector<int> pixel_use_frames, icp_frames;
-  bool no_mesh = false, quiet = false, print_config = false;
+  bool no_mesh = false, no_report = false, quiet = false, print_config = false;
   std::string command_line;
 };
 
@@ -44,6 +44,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   if (!arguments.initial_pose.empty()) options.initial_pose = parse_pose(arguments.initial_pose, "--initial-pose");
   options.groundtruth = arguments.groundtruth;
   options.mesh = !arguments.no_mesh;
+  options.report = !arguments.no_report;
   options.pixel_use_frames = arguments.pixel_use_frames;
   options.icp_frames = arguments.icp_frames;
   options.quiet = arguments.quiet;
@@ -132,6 +133,7 @@ void add_options(CLI::App& command, RunArguments& arguments) {
       ->allow_extra_args(false)
       ->type_name("FRAME");
   command.add_flag("--no-mesh", arguments.no_mesh, "Do not extract and write the mesh");
+  command.add_flag("--no-report", arguments.no_report, "Do not write report.html");
   command.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
   command.add_flag("--print-config", arguments.print_config, "Print every parameter with its value and help, and stop");
 }
@@ -144,7 +146,7 @@ void add_run_command(CLI::App& app, Command& chosen, const std::string& command_
   add_options(*command, *arguments);
   command->footer(
       "`plumbline run live:` reconstructs what a camera sees, from the devices of --depth and --imu.\n"
-      "Writes trajectory.txt, mesh.ply, frames.csv, config.toml and summary.json into DIR.\n"
+      "Writes trajectory.txt, mesh.ply, frames.csv, config.toml, summary.json and report.html into DIR.\n"
       "Ctrl-C finishes the current frame and writes everything; the exit code is then 130.");
   arguments->command_line = command_line;
   command->callback([arguments, &chosen] { chosen = [arguments] { return run(*arguments); }; });
