@@ -66,19 +66,19 @@ Iterations read_iterations(const std::string& path) {
   }
 }
 
-/// Metres below which nearly all distances of all iterations lie.
-double far_end(const Iterations& all) {
+/// Metres below which nearly all distances of these iterations lie.
+double far_end(const std::vector<const Iteration*>& iterations, double bin_width) {
   constexpr double kPart = 0.98;
   std::size_t last = 1;
-  for (const Iteration& iteration : all.list) {
+  for (const Iteration* iteration : iterations) {
     double total = 0, sum = 0;
-    for (const double count : iteration.histogram) total += count;
-    for (std::size_t bin = 0; bin < iteration.histogram.size() && sum < kPart * total; ++bin) {
-      sum += iteration.histogram[bin];
+    for (const double count : iteration->histogram) total += count;
+    for (std::size_t bin = 0; bin < iteration->histogram.size() && sum < kPart * total; ++bin) {
+      sum += iteration->histogram[bin];
       last = std::max(last, bin + 1);
     }
   }
-  return static_cast<double>(last) * all.bin_width;
+  return static_cast<double>(last) * bin_width;
 }
 
 /// From pale to dark as the iterations go on.
@@ -107,10 +107,11 @@ Series distribution(const Iteration& iteration, double bin_width, double end) {
   return series;
 }
 
-Panel level_panel(const Iterations& all, int level, double end) {
+Panel level_panel(const Iterations& all, int level) {
   std::vector<const Iteration*> own;
   for (const Iteration& iteration : all.list)
     if (iteration.level == level) own.push_back(&iteration);
+  const double end = far_end(own, all.bin_width);
   Panel panel{.title = fmt::format("Distances at level {}", level),
               .x = {.label = "distance of a pair (mm)", .low = 0, .high = end * kMillimetres},
               .y = {.label = "pairs (% per mm)", .low = 0}};
@@ -213,9 +214,8 @@ Plot iterations_plot(const std::string& json_path) {
   std::vector<int> levels;
   for (const Iteration& iteration : all.list)
     if (std::find(levels.begin(), levels.end(), iteration.level) == levels.end()) levels.push_back(iteration.level);
-  const double end = far_end(all);
   Plot plot{.title = fmt::format("Frame {}", all.frame), .columns = 2, .panel_width = 560, .panel_height = 380};
-  for (const int level : levels) plot.panels.push_back(level_panel(all, level, end));
+  for (const int level : levels) plot.panels.push_back(level_panel(all, level));
   plot.panels.push_back(convergence_panel(all, levels));
   return plot;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -34,6 +35,20 @@ Series path(const std::string& name, const Trajectory& trajectory, const SE3& to
     add(&series, to_from_path * trajectory[i].world_from_camera.translation(), plane);
   }
   return series;
+}
+
+/// The part of the reference that lies between the first and the last pose that was compared.
+Trajectory compared_part(const Trajectory& reference, const std::vector<EvaluatedTrajectory>& estimates) {
+  if (estimates.empty()) return reference;
+  Nanoseconds first = std::numeric_limits<Nanoseconds>::max(), last = std::numeric_limits<Nanoseconds>::min();
+  for (const EvaluatedTrajectory& estimate : estimates) {
+    first = std::min(first, reference[estimate.error->pairs.front().reference].time);
+    last = std::max(last, reference[estimate.error->pairs.back().reference].time);
+  }
+  Trajectory part;
+  std::copy_if(reference.begin(), reference.end(), std::back_inserter(part),
+               [&](const StampedPose& pose) { return pose.time >= first && pose.time <= last; });
+  return part;
 }
 
 /// Strokes from each estimated position to the true one.
@@ -86,7 +101,7 @@ Panel trajectory_panel(const Trajectory& reference, const std::vector<EvaluatedT
               .y = {.label = kAxisNames[static_cast<std::size_t>(plane.up)]},
               .equal_scale = true};
   if (estimates.size() == 1) panel.series.push_back(differences(reference, estimates.front(), plane));
-  panel.series.push_back(path("truth", reference, {}, plane));
+  panel.series.push_back(path("truth", compared_part(reference, estimates), {}, plane));
   panel.series.back().color = kTruthColor;
   for (std::size_t i = 0; i < estimates.size(); ++i) {
     panel.series.push_back(

@@ -25,8 +25,8 @@ struct ViewPlane {
 /// "xy", "xz", "yz", or "auto": those two along which the trajectory spreads most. Throws Error for anything else.
 ViewPlane view_plane(const std::string& name, const Trajectory& trajectory);
 
-/// Estimates, aligned, over the reference. A single one also has its differences drawn, pose by pose, as the
-/// benchmark's tool does. Metres.
+/// Estimates, aligned, over the reference, as far as they were compared with it. A single one also has its differences
+/// drawn, pose by pose, as the benchmark's tool does. Metres.
 Panel trajectory_panel(const Trajectory& reference, const std::vector<EvaluatedTrajectory>& estimates, ViewPlane plane);
 /// Distance of each pose from the reference after the alignment, over seconds since the reference's first stamp.
 Panel absolute_error_panel(const Trajectory& reference, const std::vector<EvaluatedTrajectory>& estimates);

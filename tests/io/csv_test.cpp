@@ -40,6 +40,34 @@ TEST(Csv, AnEmptyOnlyFieldIsNotABlankLine) {
   EXPECT_EQ(read_text(folder / "one.csv"), "only\n\"\"\n");
 }
 
+TEST(Csv, ReadsWhatItWrote) {
+  const TempFolder folder;
+  const std::string path = folder / "t.csv";
+  CsvWriter writer(path, {"name", "say \"hi\"", "empty"});
+  writer.row({"a,b", "1", ""});
+  writer.row({"", "\"", "x"});
+  writer.close();
+  const CsvTable table = read_csv(path);
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"name", "say \"hi\"", "empty"}));
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[0], (std::vector<std::string>{"a,b", "1", ""}));
+  EXPECT_EQ(table.rows[1], (std::vector<std::string>{"", "\"", "x"}));
+  EXPECT_EQ(table.column("empty"), 2u);
+  EXPECT_THAT(error_of([&] { [[maybe_unused]] const auto i = table.column("no"); }),
+              testing::HasSubstr("no column 'no'"));
+}
+
+TEST(Csv, RefusesTornTablesButNotATornEnd) {
+  const TempFolder folder;
+  const std::string path = folder / "t.csv";
+  test::write_text(path, "a,b\n1,2\n3");
+  EXPECT_EQ(read_csv(path).rows.size(), 1u);
+  test::write_text(path, "a,b\n1\n3,4\n");
+  EXPECT_THAT(error_of([&] { read_csv(path); }), testing::HasSubstr("t.csv:2: 1 fields where the heading has 2"));
+  test::write_text(path, "");
+  EXPECT_THAT(error_of([&] { read_csv(path); }), testing::HasSubstr("is empty"));
+}
+
 TEST(Csv, Errors) {
   const TempFolder folder;
   EXPECT_THAT(error_of([&] { CsvWriter(folder / "no/f.csv", {"a"}); }), testing::HasSubstr("create the folder"));
