@@ -44,7 +44,7 @@ Run turns(const ReproduceOptions& options, const std::string& scene, double angl
                    "--trajectory",
                    "handheld",
                    "--speed",
-                   fmt::format("{:g}", 120.0 / options.pairs),
+                   fmt::format("{:g}", std::min(100.0, 120.0 / options.pairs)),
                    "--turn",
                    fmt::format("{:g}", angle),
                    "--frames",
