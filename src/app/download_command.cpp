@@ -70,7 +70,7 @@ class DownloadBar {
     text += fmt::format("  {:.1f} MB/s", rate / kMega);
     if (state.total > state.done && rate > 0)
       text += "  ETA " + duration_text(static_cast<double>(state.total - state.done) / rate);
-    if (state.broken > 0) text += fmt::format("  ({} times broken off)", state.broken);
+    if (state.broken > 0) text += fmt::format("  (broken off {} time{})", state.broken, state.broken == 1 ? "" : "s");
     return text;
   }
 

@@ -62,7 +62,7 @@ std::vector<std::string> describe(const Sequence& sequence) {
 
 std::vector<std::string> describe(const ImuRecording& imu, const SequenceInfo& info) {
   const double duration = to_seconds(imu.samples.back().time - imu.samples.front().time);
-  std::string text = fmt::format("imu        {} samples", imu.samples.size());
+  std::string text = fmt::format("imu        {} sample{}", imu.samples.size(), imu.samples.size() == 1 ? "" : "s");
   if (duration > 0)
     text +=
         fmt::format(" in {:.1f} s, {:.0f} a second", duration, static_cast<double>(imu.samples.size() - 1) / duration);

@@ -92,7 +92,10 @@ class Partial {
     if (size_ > 0 && fs::exists(note_, error)) validator_ = std::string(trim(read_file(note_)));
     if (validator_.empty()) restart();
   }
-  ~Partial() { close(fd_); }
+  ~Partial() {
+    close(fd_);
+    if (size_ == 0) remove();
+  }
   Partial(const Partial&) = delete;
   Partial& operator=(const Partial&) = delete;
 

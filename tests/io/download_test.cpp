@@ -126,6 +126,7 @@ TEST_F(Download, DoesNotTrustAPartOfUnknownOrigin) {
 TEST_F(Download, SaysWhatTheServerRefuses) {
   EXPECT_THAT(error_of([&] { download_file(url("good", "nothing"), target(), options_); }),
               AllOf(HasSubstr("404 (not found)"), HasSubstr("--mirror")));
+  EXPECT_FALSE(fs::exists(target() + ".partial"));
   EXPECT_THAT(error_of([&] { download_file("ftp://127.0.0.1/x", target(), options_); }),
               HasSubstr("ftp://127.0.0.1/x"));
 }
