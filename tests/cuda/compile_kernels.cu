@@ -34,6 +34,29 @@ __global__ void bricks(Integrate kernel) {
   if (kernel.is_near_surface<float>(brick, offset)) kernel.update<float>(brick, offset);
 }
 
+/// Depths are positive, so that their bits are in their order.
+struct ThreadTiles {
+  RaySpanView spans;
+
+  template <class F>
+  PL_HD void widen(bool valid, const RayTiles<F>& at, F near, F far) {
+    if (!valid) return;
+    for (int y = at.y0; y <= at.y1; ++y) {
+      for (int x = at.x0; x <= at.x1; ++x) {
+#if defined(__CUDA_ARCH__)
+        atomicMin(reinterpret_cast<int*>(spans.nearest + y * spans.stride + x), bits_from_float(near));
+        atomicMax(reinterpret_cast<int*>(spans.farthest + y * spans.stride + x), bits_from_float(far));
+#endif
+      }
+    }
+  }
+};
+
+__global__ void spans(RaySpans kernel) {
+  ThreadTiles tiles{kernel.spans};
+  kernel.operator()<float>(static_cast<int>(threadIdx.x), static_cast<int>(blockIdx.x), tiles);
+}
+
 template <class Kernel>
 __global__ void entries(Kernel kernel) {
   kernel(static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x));
@@ -42,6 +65,7 @@ __global__ void entries(Kernel kernel) {
 template __global__ void pixels<ToMetres>(ToMetres);
 template __global__ void pixels<BilateralFilter>(BilateralFilter);
 template __global__ void pixels<DecimateDepth>(DecimateDepth);
+template __global__ void pixels<InverseDepth>(InverseDepth);
 template __global__ void pixels<PlaneNormals>(PlaneNormals);
 template __global__ void pixels<IntegralInput>(IntegralInput);
 template __global__ void pixels<IntegralNormals>(IntegralNormals);
