@@ -190,7 +190,7 @@ struct Raycast {
     const float last_brick = static_cast<float>(volume.bricks - 1), side = static_cast<float>(kBrickSide);
     const F row(static_cast<float>(volume.brick_stride)),
         slice(static_cast<float>(volume.brick_stride * volume.bricks));
-    const BrickExit<F> exit(ray);
+    const BrickExit<F> brick_exit(ray);
     auto hit = active && !active;
     F previous = zero, t_previous = *t;
     while (any(active)) {
@@ -200,7 +200,7 @@ struct Raycast {
       const Int<F> index = to_int(madd(brick.z, slice, madd(brick.y, row, brick.x)));
       const auto occupied = active && to_float(gather_int(volume.occupied, index)) > F(0.5f);
       // An empty brick is left by a hair's breadth, so that the next look-up falls into its neighbour.
-      F step = madd(voxel_step, F(0.01f), max(exit.leaves_at(brick) - *t, zero));
+      F step = madd(voxel_step, F(0.01f), max(brick_exit.leaves_at(brick) - *t, zero));
       F value = zero;
       if (any(occupied)) {
         const F x = cell(madd(brick.x, F(-side), p.x), side - 1), y = cell(madd(brick.y, F(-side), p.y), side - 1),
