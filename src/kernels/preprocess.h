@@ -67,16 +67,17 @@ struct BilateralFilter {
         }
       }
     }
-    store_masked<F>(out.row(y) + x, sum / max(weights, F(1e-20f)), valid);
+    store_masked<F>(out.row(y) + x, centre + sum / max(weights, F(1e-20f)), valid);
   }
 
  private:
-  /// A reading z with the weight 2^(range·(z − centre)² + space), if it is one.
+  /// The difference of a reading z from the centre, with the weight 2^(range·(z − centre)² + space). Differences, as
+  /// sums of depths would lose the digits that the filter is for.
   template <class F>
   PL_HD static void add_tap(const F& z, const F& centre, const F& range, const F& space, F* sum, F* weights) {
     const F dz = z - centre;
     const F w = select(z > F(0.0f), exp2_negative(madd(dz * dz, range, space)), F(0.0f));
-    *sum = madd(w, z, *sum);
+    *sum = madd(w, dz, *sum);
     *weights = *weights + w;
   }
 };
