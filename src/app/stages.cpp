@@ -109,8 +109,6 @@ void StageScene::add_mapping(std::vector<Stage>& stages) {
   const double rays = static_cast<double>(predicted.width) * predicted.height;
   stages.push_back({"ray cast", [this] { volume_.predict(pose_, parameters_.raycast, &model_); }, rays, "px",
                     voxels * 4 + rays * 16});
-  stages.push_back(
-      {"extract mesh", [this] { volume_.extract_mesh(parameters_.mesh); }, voxels, "voxel", voxels * 4, false});
 }
 
 }  // namespace plumbline::app
