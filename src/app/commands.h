@@ -35,5 +35,6 @@ void add_batch_command(CLI::App& app, Command& chosen);
 void add_reproduce_command(CLI::App& app, Command& chosen);
 /// One run of a list, for a scheduler; not for people, and not listed.
 void add_task_command(CLI::App& app, Command& chosen);
+void add_bench_command(CLI::App& app, Command& chosen);
 
 }  // namespace plumbline::app

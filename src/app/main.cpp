@@ -54,6 +54,7 @@ int run(int argc, char** argv) {
   add_batch_command(app, chosen);
   add_reproduce_command(app, chosen);
   add_task_command(app, chosen);
+  add_bench_command(app, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

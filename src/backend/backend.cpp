@@ -49,6 +49,7 @@ double IcpSums::median_distance() const {
 std::unique_ptr<Backend> make_backend(const std::string& name, int threads) {
   if (name == "auto" || name == "cpu") return make_cpu_backend(threads);
   if (name == "cuda" && cuda_info().available) return make_cuda_backend();
+  if (name.starts_with("cpu:")) return make_cpu_backend(threads, name.substr(4));
   std::string known;
   for (const BackendInfo& backend : list_backends()) {
     known += (known.empty() ? "" : ", ") + backend.name;

@@ -63,6 +63,7 @@ class Backend {
   virtual void run(const kernels::ToMetres& kernel) const = 0;
   virtual void run(const kernels::BilateralFilter& kernel) const = 0;
   virtual void run(const kernels::DecimateDepth& kernel) const = 0;
+  virtual void run(const kernels::InverseDepth& kernel) const = 0;
   virtual void run(const kernels::PlaneNormals& kernel) const = 0;
   virtual void run(const kernels::IntegralInput& kernel) const = 0;
   virtual void run(const kernels::IntegralNormals& kernel) const = 0;
@@ -85,6 +86,8 @@ class Backend {
   virtual void run(const kernels::Integrate& kernel, const std::int32_t* list, int count) const = 0;
 
   // Prediction.
+  /// Writes the spans of all tiles.
+  virtual void run(const kernels::RaySpans& kernel) const = 0;
   virtual void run(const kernels::Raycast& kernel) const = 0;
   virtual void run(const kernels::DecimateModel& kernel) const = 0;
 
@@ -101,8 +104,8 @@ struct BackendInfo {
   std::string description;  ///< what it is, or why it is not available
 };
 
-/// "auto" (what is known to work: the CPU), "cpu", or "cuda". `threads` of 0 takes all of the machine's; other backends
-/// ignore it. Throws Error for a name that is unknown or not available here.
+/// "auto" (what is known to work: the CPU), "cpu", "cpu:avx2+fma" (with that instruction set), or "cuda". `threads` of 0
+/// takes all of the machine's; other backends ignore it. Throws Error for a name that is unknown or not available here.
 std::unique_ptr<Backend> make_backend(const std::string& name = "auto", int threads = 0);
 std::vector<BackendInfo> list_backends();
 

@@ -10,6 +10,7 @@ DepthLevel::DepthLevel(const Pinhole& level_camera, const Backend& backend) : ca
   normal_x = plane();
   normal_y = plane();
   normal_z = plane();
+  inverse_depth = plane();
 }
 
 DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& backend, int finest_level) {
@@ -17,6 +18,13 @@ DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& back
   pyramid.reserve(static_cast<std::size_t>(levels));
   for (int i = 0; i < levels; ++i) pyramid.emplace_back(camera.level(finest_level + i), backend);
   return pyramid;
+}
+
+void estimate_plane_normals(const Backend& backend, DepthLevel& level, int radius, float depth_gate) {
+  const PlaneView<const float> depth = read_only(level.depth);
+  backend.run(kernels::InverseDepth{depth, level.inverse_depth.view()});
+  backend.run(
+      kernels::PlaneNormals{depth, read_only(level.inverse_depth), level.normals(), level.camera, radius, depth_gate});
 }
 
 kernels::IcpInput icp_input(const DepthLevel& live, const DepthLevel& model) {

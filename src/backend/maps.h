@@ -14,6 +14,7 @@ namespace plumbline {
 struct DepthLevel {
   Pinhole camera;
   Plane<float> depth, normal_x, normal_y, normal_z;
+  Plane<float> inverse_depth;  ///< scratch of `estimate_plane_normals`; costs nothing before
 
   DepthLevel(const Pinhole& level_camera, const Backend& backend);
   kernels::NormalPlanes normals() const { return {normal_x.view(), normal_y.view(), normal_z.view()}; }
@@ -52,6 +53,10 @@ void upload(const Backend& backend, const Image<T>& image, Plane<T>& plane) {
   backend.upload_rows(view.data, sizeof(T) * static_cast<std::size_t>(view.stride), image.row(0), row_bytes, row_bytes,
                       view.height);
 }
+
+/// Normals of a level's depth by a plane fit over a window of `radius` px to each side; `depth_gate` is the fraction of
+/// depth within which a neighbour belongs to the surface.
+void estimate_plane_normals(const Backend& backend, DepthLevel& level, int radius, float depth_gate);
 
 /// The registration kernel's input for one level of a live and a predicted pyramid; the gates are left to the caller.
 kernels::IcpInput icp_input(const DepthLevel& live, const DepthLevel& model);

@@ -40,6 +40,8 @@ constexpr int kCount = 31;
 struct NoiseModel {
   float base = 1, slope = 0, nearest = 0;
 
+  PL_HD bool is_uniform() const { return base == 1 && slope == 0; }
+
   template <class F>
   PL_HD F weight(const F& z) const {
     const F d = z - F(nearest);
@@ -115,7 +117,9 @@ PL_HD IcpPair<F> associate(const IcpInput& in, int x, int y) {
 
   // Huber's weight, δ/|r| beyond δ (Huber 1964; METHOD.md §6.1).
   const F huber(in.huber);
-  pair.weight = in.noise.weight(depth) * (huber / max(abs(pair.residual), huber));
+  pair.weight = F(1.0f);
+  if (!in.noise.is_uniform()) pair.weight = in.noise.weight(depth);
+  if (in.huber < kNoDistance) pair.weight = pair.weight * (huber / max(abs(pair.residual), huber));
 
   const auto code = [](PixelUse use) { return F(static_cast<float>(use)); };
   pair.use = select(pair.used, code(PixelUse::used), code(PixelUse::filtered));
@@ -158,8 +162,13 @@ struct IcpReduce {
 
   template <class F, class Accumulator>
   PL_HD void operator()(int x, int y, Accumulator& sums) const {
-    const IcpPair<F> pair = associate<F>(in, x, y);
     const F zero(0.0f), one(1.0f);
+    if (!any(inside_row<F>(x, in.live_depth.width) && load<F>(in.live_depth.row(y) + x) > zero)) {
+      if (distances.data != nullptr)
+        store_masked<F>(distances.row(y) + x, F(kNoDistance), inside_row<F>(x, distances.width));
+      return;
+    }
+    const IcpPair<F> pair = associate<F>(in, x, y);
     if (distances.data != nullptr)
       store_masked<F>(distances.row(y) + x, select(pair.in_distribution, pair.distance, F(kNoDistance)),
                       inside_row<F>(x, distances.width));

@@ -196,18 +196,20 @@ struct Integrate {
   PL_HD Mask<F> measure(int brick, int offset, F* distance, Int<F>* pixel) const {
     const int bx = brick % volume.brick_stride, rest = brick / volume.brick_stride;
     const int by = rest % volume.bricks, bz = rest / volume.bricks;
-    const Int<F> local = Lane<F>::int_index() + Int<F>(offset);
-    const Int<F> half_x = (local & Int<F>(7)) + Int<F>(bx * kBrickSide);
-    const Int<F> half_y = (shift_right<3>(local) & Int<F>(7)) + Int<F>(by * kBrickSide);
-    const Int<F> half_z = shift_right<6>(local) + Int<F>(bz * kBrickSide);
+    // The first lane's voxel, and what the others are off from it: along x, and beyond eight lanes in the next row.
     const float size = volume.voxel_size;
-    const Vec3<F> p = camera_from_volume.apply(Vec3<F>{madd(to_float(half_x), F(size), F(0.5f * size)),
-                                                       madd(to_float(half_y), F(size), F(0.5f * size)),
-                                                       madd(to_float(half_z), F(size), F(0.5f * size))});
+    const Vec3<float> first =
+        camera_from_volume.apply(Vec3<float>{(static_cast<float>(bx * kBrickSide + (offset & 7)) + 0.5f) * size,
+                                             (static_cast<float>(by * kBrickSide + (offset >> 3 & 7)) + 0.5f) * size,
+                                             (static_cast<float>(bz * kBrickSide + (offset >> 6)) + 0.5f) * size});
+    const Int<F> lane = Lane<F>::int_index();
+    const Vec3<F> off = camera_from_volume.rotate(
+        Vec3<F>{to_float(lane & Int<F>(7)) * size, to_float(shift_right<3>(lane)) * size, F(0.0f)});
+    const Vec3<F> p = {off.x + first.x, off.y + first.y, off.z + first.z};
     const auto in_front = p.z > F(1e-3f);
     const F inverse_z = F(1.0f) / select(in_front, p.z, F(1.0f));
-    const F u = floor(madd(p.x * inverse_z, F(camera.fx), F(camera.cx + 0.5f)));
-    const F v = floor(madd(p.y * inverse_z, F(camera.fy), F(camera.cy + 0.5f)));
+    const F u = madd(p.x * inverse_z, F(camera.fx), F(camera.cx + 0.5f));
+    const F v = madd(p.y * inverse_z, F(camera.fy), F(camera.cy + 0.5f));
     const auto in_view = in_front && u >= F(0.0f) && v >= F(0.0f) && u < F(static_cast<float>(camera.width)) &&
                          v < F(static_cast<float>(camera.height));
     const F zero(0.0f);

@@ -9,17 +9,18 @@
 
 namespace plumbline::kernels {
 
-/// e^(−t) for t ≥ 0, relative error below 2e-4 for t < 16 and below 1e-7 absolute beyond: 2^x split into an exponent
-/// and a cubic for the fraction.
+/// 2^x for x ≤ 0, relative error below 2e-4 down to 2⁻²⁴, which smaller ones become too. The sum with 1.5·2²³ rounds x
+/// to a whole number and holds it in its last bits, whence it goes into the exponent; a cubic stands for the rest.
 template <class F>
-PL_HD F exp_negative(const F& t) {
-  const F x = max(t * -1.44269504f, F(-24.0f));
-  const F whole = floor(x);
-  const F fraction = x - whole;
-  F p = madd(fraction, F(0.0790204f), F(0.2241268f));
-  p = madd(fraction, p, F(0.6967247f));
-  p = madd(fraction, p, F(0.9998119f));
-  return p * float_from_bits(shift_left<23>(to_int(whole) + Int<F>(127)));
+PL_HD F exp2_negative(const F& exponent) {
+  constexpr float kRound = 12582912.0f;
+  const F x = max(exponent, F(-24.0f));
+  const F rounded = x + kRound;
+  const F fraction = x - (rounded - kRound);  // −½ … ½
+  F p = madd(fraction, F(0.0560253f), F(0.2402265f));
+  p = madd(fraction, p, F(0.6931472f));
+  p = madd(fraction, p, F(1.0f));
+  return float_from_bits(bits_from_float(p) + shift_left<23>(bits_from_float(rounded)));
 }
 
 /// Raw readings to metres; readings out of [min_depth, max_depth] become none.
@@ -50,22 +51,34 @@ struct BilateralFilter {
     const auto valid = inside_row<F>(x, in.width) && centre > F(0.0f);
     F sum(0.0f), weights(0.0f);
     if (any(valid)) {
+      constexpr float kLog2E = 1.44269504f;
+      const float space = -kLog2E * inverse_two_sigma_space2;
+      const F range(-kLog2E * inverse_two_sigma_range2);
       const int y0 = y - radius < 0 ? 0 : y - radius;
       const int y1 = y + radius >= in.height ? in.height - 1 : y + radius;
       for (int yy = y0; yy <= y1; ++yy) {
         const float* row = in.row(yy) + x;
         const float dy2 = static_cast<float>((yy - y) * (yy - y));
-        for (int dx = -radius; dx <= radius; ++dx) {
-          const F z = load<F>(row + dx);
-          const F dz = z - centre;
-          const float space = (static_cast<float>(dx * dx) + dy2) * inverse_two_sigma_space2;
-          const F w = select(z > F(0.0f), exp_negative(madd(dz * dz, F(inverse_two_sigma_range2), F(space))), F(0.0f));
-          sum = madd(w, z, sum);
-          weights = weights + w;
+        add_tap(load<F>(row), centre, range, F(dy2 * space), &sum, &weights);
+        for (int dx = 1; dx <= radius; ++dx) {
+          const F exponent((static_cast<float>(dx * dx) + dy2) * space);
+          add_tap(load<F>(row - dx), centre, range, exponent, &sum, &weights);
+          add_tap(load<F>(row + dx), centre, range, exponent, &sum, &weights);
         }
       }
     }
-    store_masked<F>(out.row(y) + x, sum / max(weights, F(1e-20f)), valid);
+    store_masked<F>(out.row(y) + x, centre + sum / max(weights, F(1e-20f)), valid);
+  }
+
+ private:
+  /// The difference of a reading z from the centre, with the weight 2^(range·(z − centre)² + space). Differences, as
+  /// sums of depths would lose the digits that the filter is for.
+  template <class F>
+  PL_HD static void add_tap(const F& z, const F& centre, const F& range, const F& space, F* sum, F* weights) {
+    const F dz = z - centre;
+    const F w = select(z > F(0.0f), exp2_negative(madd(dz * dz, range, space)), F(0.0f));
+    *sum = madd(w, dz, *sum);
+    *weights = *weights + w;
   }
 };
 
@@ -116,11 +129,24 @@ PL_HD Vec3<F> orient_to_camera(const Vec3<F>& n, const Vec3<F>& point) {
   return n * select(dot(n, point) > F(0.0f), F(0.0f) - scale, scale);
 }
 
+/// 1/z, and 0 where there is no reading: what the plane fit takes from every pixel's window, divided once.
+struct InverseDepth {
+  PlaneView<const float> depth;
+  PlaneView<float> inverse;
+
+  template <class F>
+  PL_HD void operator()(int x, int y) const {
+    const F z = load<F>(depth.row(y) + x);
+    const auto valid = inside_row<F>(x, depth.width) && z > F(0.0f);
+    store_masked<F>(inverse.row(y) + x, F(1.0f) / select(valid, z, F(1.0f)), valid);
+  }
+};
+
 /// Normals by a local plane. A plane n·p = d is *linear* in the inverse depth, 1/z = (n·(x/z, y/z, 1)) / d, and the
 /// noise of a triangulating sensor is uniform in 1/z, so the least-squares fit of 1/z over the window is the plane's
 /// best estimate without an eigen-decomposition. Pixels of other surfaces are left out by a relative depth gate.
 struct PlaneNormals {
-  PlaneView<const float> depth;
+  PlaneView<const float> depth, inverse_depth;
   NormalPlanes normals;
   Pinhole camera;
   int radius;
@@ -134,17 +160,19 @@ struct PlaneNormals {
 
     // Sums over the window of 1, i, j, i², ij, j² and of w, i·w, j·w, with w = centre/z − 1.
     F n(0.0f), si(0.0f), sj(0.0f), sii(0.0f), sij(0.0f), sjj(0.0f), sw(0.0f), siw(0.0f), sjw(0.0f);
-    const F gate = centre * depth_gate;
+    // |z − centre| ≤ gate·centre, in terms of w.
+    const F least(1.0f / (1.0f + depth_gate) - 1.0f);
+    const F most(depth_gate < 1.0f ? 1.0f / (1.0f - depth_gate) - 1.0f : 1e30f);
     const int j0 = y < radius ? -y : -radius;
     const int j1 = y + radius >= depth.height ? depth.height - 1 - y : radius;
     for (int j = j0; j <= j1; ++j) {
-      const float* row = depth.row(y + j) + x;
+      const float* row = inverse_depth.row(y + j) + x;
       F rn(0.0f), ri(0.0f), rii(0.0f), rw(0.0f), riw(0.0f);
       for (int i = -radius; i <= radius; ++i) {
-        const F z = load<F>(row + i);
-        const auto same_surface = abs(z - centre) <= gate;
+        const F difference = madd(centre, load<F>(row + i), F(-1.0f));
+        const auto same_surface = difference >= least && difference <= most;
         const F one = select(same_surface, F(1.0f), F(0.0f));
-        const F w = select(same_surface, centre / max(z, F(1e-6f)) - 1.0f, F(0.0f));
+        const F w = select(same_surface, difference, F(0.0f));
         const float fi = static_cast<float>(i);
         rn = rn + one;
         ri = madd(one, F(fi), ri);

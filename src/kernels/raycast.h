@@ -3,11 +3,77 @@
 
 #include "core/pinhole.h"
 #include "core/vec3.h"
+#include "kernels/integrate.h"
 #include "kernels/lane.h"
 #include "kernels/preprocess.h"
 #include "kernels/volume_view.h"
 
 namespace plumbline::kernels {
+
+constexpr int kRayTileShift = 3;
+constexpr int kRayTile = 1 << kRayTileShift;  ///< pixels per side of a tile of rays
+
+/// Per tile of the predicted image: between which depths its rays can meet a brick that holds a surface.
+struct RaySpanView {
+  float* nearest = nullptr;   ///< kNoRange where a tile sees no such brick
+  float* farthest = nullptr;  ///< 0 there
+  int columns = 0, rows = 0, stride = 0;
+};
+
+/// A rectangle of tiles, its last column and row included.
+template <class F>
+struct RayTiles {
+  Int<F> x0, x1, y0, y1;
+};
+
+/// Finds them by projecting the bricks. Lanes run along x over bricks.
+struct RaySpans {
+  VolumeView volume;
+  RaySpanView spans;
+  Pinhole camera;
+  RigidTransform camera_from_volume;
+  float min_distance;  ///< metres
+
+  /// `tiles` gets a call of widen(valid, rectangles, nearest, farthest) for bricks in view.
+  template <class F, class Tiles>
+  PL_HD void operator()(int bx, int row, Tiles& tiles) const {
+    const int by = row % volume.bricks, bz = row / volume.bricks;
+    auto seen = inside_row<F>(bx, volume.bricks) &&
+                to_float(load_int<F>(volume.occupied + volume.brick_index(bx, by, bz))) > F(0.5f);
+    if (!any(seen)) return;
+    const float size = volume.voxel_size * kBrickSide, half = 0.501f * size;  // a hair more than the brick
+    const Vec3<F> centre = camera_from_volume.apply(Vec3<F>{(Lane<F>::index() + (static_cast<float>(bx) + 0.5f)) * size,
+                                                            F((static_cast<float>(by) + 0.5f) * size),
+                                                            F((static_cast<float>(bz) + 0.5f) * size)});
+    const float* r = camera_from_volume.r;
+    const F reach(half * (abs(r[6]) + abs(r[7]) + abs(r[8])));
+    const F near = max(centre.z - reach, F(min_distance)), far = centre.z + reach;
+    seen = seen && far > F(min_distance);
+
+    // A brick around the camera's plane may be anywhere.
+    const auto beyond = centre.z - reach > F(1e-2f);
+    F u0(1e30f), u1(-1e30f), v0(1e30f), v1(-1e30f);
+    for (int corner = 0; corner < 8; ++corner) {
+      const float x = corner & 1 ? half : -half, y = corner & 2 ? half : -half, z = corner & 4 ? half : -half;
+      const F inverse = F(1.0f) / select(beyond, centre.z + (r[6] * x + r[7] * y + r[8] * z), F(1.0f));
+      const F u = madd((centre.x + (r[0] * x + r[1] * y + r[2] * z)) * inverse, F(camera.fx), F(camera.cx));
+      const F v = madd((centre.y + (r[3] * x + r[4] * y + r[5] * z)) * inverse, F(camera.fy), F(camera.cy));
+      u0 = min(u0, u);
+      u1 = max(u1, u);
+      v0 = min(v0, v);
+      v1 = max(v1, v);
+    }
+    const float last_u = static_cast<float>(camera.width - 1), last_v = static_cast<float>(camera.height - 1);
+    seen = seen && (!beyond || (u0 <= F(last_u) && u1 >= F(0.0f) && v0 <= F(last_v) && v1 >= F(0.0f)));
+    if (!any(seen)) return;
+    const auto tile = [&](const F& pixel, float whole, float last) {
+      return shift_right<kRayTileShift>(to_int(min(max(select(beyond, pixel, F(whole)), F(0.0f)), F(last))));
+    };
+    tiles.template widen<F>(
+        seen, RayTiles<F>{tile(u0, 0, last_u), tile(u1, last_u, last_u), tile(v0, 0, last_v), tile(v1, last_v, last_v)},
+        near, far);
+  }
+};
 
 /// Casts one ray a pixel (Newcombe et al. 2011, §3.3). The ray parameter t is the depth along the optical axis, so the
 /// parameter of the hit *is* the predicted depth. Bricks that hold no surface are skipped whole.
@@ -18,6 +84,7 @@ struct Raycast {
   Pinhole camera;
   RigidTransform volume_from_camera;
   float min_distance, max_distance;  ///< metres along the optical axis
+  RaySpanView spans = {};            ///< of the same camera and volume; without them rays are walked from end to end
 
   template <class F>
   PL_HD void operator()(int x, int y) const {
@@ -32,6 +99,11 @@ struct Raycast {
 
     F t(min_distance), end(max_distance);
     clip<F>(ray, &t, &end);
+    if (spans.nearest != nullptr) {
+      const Int<F> tile = shift_right<kRayTileShift>(Lane<F>::int_index() + Int<F>(x));
+      t = max(t, gather(spans.nearest + (y >> kRayTileShift) * spans.stride, tile));
+      end = min(end, gather(spans.farthest + (y >> kRayTileShift) * spans.stride, tile));
+    }
     const auto active = inside_row<F>(x, depth.width) && t < end;
     F before(0.0f), after(0.0f), t_before(0.0f);
     auto hit = march<F>(ray, active, end, &t, &t_before, &before, &after);
@@ -81,45 +153,65 @@ struct Raycast {
     }
   }
 
-  /// Depth at which the ray leaves the brick that holds p.
+  /// The depth at which a ray leaves brick b is, on each axis, b·per_brick + from_origin.
   template <class F>
-  PL_HD static F leaves_brick_at(const Ray<F>& ray, const F& bx, const F& by, const F& bz) {
-    const float side = static_cast<float>(kBrickSide);
-    const auto far_side = [&](const F& brick, const F& direction, const F& origin, const F& inverse) {
-      const F plane = (brick + select(direction > F(0.0f), F(1.0f), F(0.0f))) * side;
-      return (plane - origin) * inverse;
-    };
-    return min(min(far_side(bx, ray.direction.x, ray.origin.x, ray.inverse_direction.x),
-                   far_side(by, ray.direction.y, ray.origin.y, ray.inverse_direction.y)),
-               far_side(bz, ray.direction.z, ray.origin.z, ray.inverse_direction.z));
+  struct BrickExit {
+    Vec3<F> per_brick, from_origin;
+
+    PL_HD explicit BrickExit(const Ray<F>& ray) {
+      const float side = static_cast<float>(kBrickSide);
+      const auto axis = [&](const F& direction, const F& origin, const F& inverse, F* per, F* from) {
+        *per = inverse * side;
+        *from = (select(direction > F(0.0f), F(side), F(0.0f)) - origin) * inverse;
+      };
+      axis(ray.direction.x, ray.origin.x, ray.inverse_direction.x, &per_brick.x, &from_origin.x);
+      axis(ray.direction.y, ray.origin.y, ray.inverse_direction.y, &per_brick.y, &from_origin.y);
+      axis(ray.direction.z, ray.origin.z, ray.inverse_direction.z, &per_brick.z, &from_origin.z);
+    }
+    PL_HD F leaves_at(const Vec3<F>& brick) const {
+      return min(min(madd(brick.x, per_brick.x, from_origin.x), madd(brick.y, per_brick.y, from_origin.y)),
+                 madd(brick.z, per_brick.z, from_origin.z));
+    }
+  };
+
+  /// ⌊c⌋ kept within 0 … highest.
+  template <class F>
+  PL_HD static F cell(const F& c, float highest) {
+    return floor(min(max(c, F(0.0f)), F(highest)));
   }
 
   /// Steps along the rays until the signed distance turns from positive to negative between two voxels that were seen.
-  /// On return `t` lies behind the crossing and `t_before` before it.
+  /// On return `t` lies behind the crossing and `t_before` before it. Indices are reckoned in floats, which is exact up
+  /// to 2²⁴ bricks: vectors multiply them faster than integers.
   template <class F>
   PL_HD Mask<F> march(const Ray<F>& ray, Mask<F> active, const F& end, F* t, F* t_before, F* before, F* after) const {
     const F zero(0.0f), voxel_step = F(1.0f) / sqrt(dot(ray.direction, ray.direction));
-    const float truncation_voxels = volume.truncation / volume.voxel_size;
-    const F highest(static_cast<float>(volume.resolution() - 1));
+    const F longest(0.7f * volume.truncation / volume.voxel_size);
+    const float last_brick = static_cast<float>(volume.bricks - 1), side = static_cast<float>(kBrickSide);
+    const F row(static_cast<float>(volume.brick_stride)),
+        slice(static_cast<float>(volume.brick_stride * volume.bricks));
+    const BrickExit<F> brick_exit(ray);
     auto hit = active && !active;
     F previous = zero, t_previous = *t;
     while (any(active)) {
       const Vec3<F> p = ray.at(*t);
-      const auto clamped = [&](const F& c) { return min(max(floor(c), zero), highest); };
-      const Int<F> x = to_int(clamped(p.x)), y = to_int(clamped(p.y)), z = to_int(clamped(p.z));
-      const Int<F> bx = shift_right<3>(x), by = shift_right<3>(y), bz = shift_right<3>(z);
-      const auto occupied = active && to_float(gather_int(volume.occupied, volume.brick_index(bx, by, bz))) > F(0.5f);
+      const Vec3<F> brick = {cell(p.x * (1.0f / side), last_brick), cell(p.y * (1.0f / side), last_brick),
+                             cell(p.z * (1.0f / side), last_brick)};
+      const Int<F> index = to_int(madd(brick.z, slice, madd(brick.y, row, brick.x)));
+      const auto occupied = active && to_float(gather_int(volume.occupied, index)) > F(0.5f);
       // An empty brick is left by a hair's breadth, so that the next look-up falls into its neighbour.
-      F step = max(leaves_brick_at(ray, to_float(bx), to_float(by), to_float(bz)) - *t, zero) + voxel_step * 0.01f;
+      F step = madd(voxel_step, F(0.01f), max(brick_exit.leaves_at(brick) - *t, zero));
       F value = zero;
       if (any(occupied)) {
-        const Voxel<F> voxel = unpack<F>(gather_int(volume.voxels, volume.index(x, y, z)));
+        const F x = cell(madd(brick.x, F(-side), p.x), side - 1), y = cell(madd(brick.y, F(-side), p.y), side - 1),
+                z = cell(madd(brick.z, F(-side), p.z), side - 1);
+        const Int<F> local = to_int(madd(z, F(side * side), madd(y, F(side), x)));
+        const Voxel<F> voxel = unpack<F>(gather_int(volume.voxels, shift_left<9>(index) + local));
         const auto known = occupied && voxel.weight > zero;
         value = select(known, voxel.distance, zero);
         const auto crossing = known && previous > zero && value < zero;
         // A projective distance over-estimates when seen from elsewhere, hence the factor.
-        const F stride = max(value * (0.7f * truncation_voxels), F(1.0f)) * voxel_step;
-        step = select(occupied, stride, step);
+        step = select(occupied, max(value * longest, F(1.0f)) * voxel_step, step);
         *t_before = select(crossing, t_previous, *t_before);
         *before = select(crossing, previous, *before);
         *after = select(crossing, value, *after);

@@ -155,12 +155,32 @@ void Volume::integrate(const Plane<float>& depth, const Plane<std::int32_t>* col
   ++frames_;
 }
 
+/// Where the rays of each tile can meet a surface at all.
+kernels::RaySpanView Volume::span_rays(const SE3& world_from_camera, const Pinhole& camera, float min_distance) const {
+  const auto tiles_along = [](int pixels) { return (pixels + kernels::kRayTile - 1) / kernels::kRayTile; };
+  kernels::RaySpanView spans;
+  spans.columns = tiles_along(camera.width);
+  spans.rows = tiles_along(camera.height);
+  spans.stride = round_up(spans.columns + 1, 16);  // a lane may begin in the last tile and end beyond it
+  const std::size_t tiles = static_cast<std::size_t>(spans.stride) * static_cast<std::size_t>(spans.rows);
+  if (span_tiles_ < tiles) {
+    spans_ = backend_->allocate(2 * tiles * sizeof(float));
+    span_tiles_ = tiles;
+  }
+  spans.nearest = pointer<float>(spans_);
+  spans.farthest = spans.nearest + tiles;
+  backend_->run(kernels::RaySpans{view_, spans, camera, to_kernel(world_from_camera.inverse() * world_from_volume_),
+                                  min_distance});
+  return spans;
+}
+
 void Volume::predict(const SE3& world_from_camera, const RaycastParameters& parameters, DepthPyramid* model) const {
   DepthLevel& finest = model->front();
+  const auto min_distance = static_cast<float>(parameters.min_distance);
   backend_->run(kernels::Raycast{view_, finest.depth.view(), finest.normals(), finest.camera,
-                                 to_kernel(world_from_volume_.inverse() * world_from_camera),
-                                 static_cast<float>(parameters.min_distance),
-                                 static_cast<float>(parameters.max_distance)});
+                                 to_kernel(world_from_volume_.inverse() * world_from_camera), min_distance,
+                                 static_cast<float>(parameters.max_distance),
+                                 span_rays(world_from_camera, finest.camera, min_distance)});
   for (std::size_t i = 1; i < model->size(); ++i) {
     const DepthLevel& fine = (*model)[i - 1];
     DepthLevel& coarse = (*model)[i];

@@ -45,6 +45,7 @@ class Volume {
 
  private:
   void make_depth_range(const Pinhole& camera);
+  kernels::RaySpanView span_rays(const SE3& world_from_camera, const Pinhole& camera, float min_distance) const;
   void measure_depth_range(const Plane<float>& depth) const;
   int brick_slots() const { return view_.bricks * view_.bricks * view_.brick_stride; }
 
@@ -57,6 +58,8 @@ class Volume {
   SE3 world_from_volume_;
   kernels::VolumeView view_;
   Buffer voxels_, colors_, occupied_, marked_, list_;
+  mutable Buffer spans_;  ///< of the last prediction's rays; scratch
+  mutable std::size_t span_tiles_ = 0;
   Buffer range_nearest_, range_farthest_, range_first_, range_stride_;
   kernels::DepthRangeView range_;
   std::vector<RangeLevel> range_levels_;

@@ -87,7 +87,7 @@ void LiveFrame::estimate_normals(DepthLevel& level) {
   const PlaneView<const float> depth = read_only(level.depth);
   const auto gate = static_cast<float>(parameters_.normal_depth_gate);
   if (parameters_.normals == NormalMethod::plane)
-    return backend_->run(kernels::PlaneNormals{depth, level.normals(), level.camera, parameters_.normal_radius, gate});
+    return estimate_plane_normals(*backend_, level, parameters_.normal_radius, gate);
 
   // The integral planes are made for the finest level; a coarser one uses their upper left part.
   const auto part = [&](const Plane<std::int32_t>& plane) {

@@ -47,7 +47,7 @@ class Preprocess : public test::LaneTest {
   test::View plane_normals(const Image<float>& depth, const Pinhole& camera, int radius = 3, float gate = 0.03f) const {
     DepthLevel level(camera, backend());
     upload(backend(), depth, level.depth);
-    backend().run(kernels::PlaneNormals{read_only(level.depth), level.normals(), camera, radius, gate});
+    estimate_plane_normals(backend(), level, radius, gate);
     EXPECT_EQ(dirty_padding(backend(), level), 0);
     return test::to_view(backend(), level);
   }
@@ -377,7 +377,7 @@ TEST_P(Preprocess, AgreesWithPlainFloat) {
   const Image<float> depth = bilateral(noisy_desk(kWidth, kHeight), 6, 4.5, 0.03);
   DepthLevel level(camera, *scalar);
   upload(*scalar, depth, level.depth);
-  scalar->run(kernels::PlaneNormals{read_only(level.depth), level.normals(), camera, 3, 0.03f});
+  estimate_plane_normals(*scalar, level, 3, 0.03f);
   const test::View expected = test::to_view(*scalar, level), actual = plane_normals(depth, camera);
   int differing = 0;
   for (int v = 0; v < kHeight; ++v) {

@@ -375,6 +375,27 @@ TEST_P(RaycastTest, AgreesWithPlainFloat) {
   EXPECT_LT(differing, hits / 50);
 }
 
+TEST_P(RaycastTest, SpansChangeNothing) {
+  // The desk from within its volume and the sphere from without: bricks around the camera, edges, empty tiles.
+  for (const Setting& s : {desk_setting(), sphere_setting(3)}) {
+    const Volume volume = fuse(s);
+    const SE3 pose = s.fused_from.back();
+    DepthPyramid with = make_pyramid(camera_, 1, backend());
+    volume.predict(pose, RaycastParameters(), &with);
+    DepthLevel without(camera_, backend());
+    backend().run(kernels::Raycast{volume.view(), without.depth.view(), without.normals(), camera_,
+                                   to_kernel(volume.world_from_volume().inverse() * pose), 0.05f, 10.0f});
+    const Image<float> expected = download(backend(), without.depth), actual = download(backend(), with[0].depth);
+    int hits = 0, differing = 0;
+    for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
+      hits += expected.pixels[i] > 0;
+      differing += std::abs(expected.pixels[i] - actual.pixels[i]) > 0.02 * s.voxel();
+    }
+    EXPECT_GT(hits, 2000);
+    EXPECT_LE(differing, hits / 500) << "rays enter bricks at the same places but for rounding";
+  }
+}
+
 TEST_P(RaycastTest, SameBitsForAnyNumberOfThreads) {
   const tbb::global_control more_than_cores(tbb::global_control::max_allowed_parallelism, 7);
   const Setting s = sphere_setting(3);

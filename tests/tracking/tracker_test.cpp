@@ -50,7 +50,7 @@ class Model {
     upload(*backend_, depth, live.front().depth);
     for (std::size_t l = 0; l < live.size(); ++l) {
       if (l > 0) backend_->run(kernels::DecimateDepth{read_only(live[l - 1].depth), live[l].depth.view(), 0.09f});
-      backend_->run(kernels::PlaneNormals{read_only(live[l].depth), live[l].normals(), live[l].camera, 3, 0.03f});
+      estimate_plane_normals(*backend_, live[l], 3, 0.03f);
     }
     input.world_from_model = world_from_model_;
     return plumbline::track(*backend_, live, model_, input, parameters);

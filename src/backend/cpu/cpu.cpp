@@ -16,8 +16,16 @@ struct InstructionSet {
   Backend* (*make)(int threads, const char* instruction_set);
 };
 
+/// AVX-512 as of Ice Lake and Zen 4 (VBMI2 came with them): older processors slow their clock down for it.
+bool has_avx512() {
+  return __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512cd") != 0 &&
+         __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
+         __builtin_cpu_supports("avx512vl") != 0 && __builtin_cpu_supports("avx512vbmi2") != 0;
+}
+
 /// The widest first.
-constexpr std::array<InstructionSet, 2> kInstructionSets = {{
+constexpr std::array<InstructionSet, 3> kInstructionSets = {{
+    {"avx512", has_avx512, make_lanes_avx512},
     {"avx2+fma", [] { return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0; },
      make_lanes_avx2},
     {"sse4.2", [] { return __builtin_cpu_supports("sse4.2") != 0; }, make_lanes_sse4_2},

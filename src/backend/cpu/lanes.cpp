@@ -18,6 +18,7 @@ class Lanes final : public LanesBase {
   void run(const kernels::ToMetres& k) const override { on(k.depth, k); }
   void run(const kernels::BilateralFilter& k) const override { on(k.out, k); }
   void run(const kernels::DecimateDepth& k) const override { on(k.coarse, k); }
+  void run(const kernels::InverseDepth& k) const override { on(k.depth, k); }
   void run(const kernels::PlaneNormals& k) const override { on(k.depth, k); }
   void run(const kernels::IntegralInput& k) const override { on(k.depth, k); }
   void run(const kernels::IntegralNormals& k) const override { on(k.depth, k); }
@@ -43,6 +44,7 @@ class Lanes final : public LanesBase {
     for_each_brick<F>(threads(), k, list, count);
   }
 
+  void run(const kernels::RaySpans& k) const override { span_rays<F>(threads(), k); }
   void run(const kernels::Raycast& k) const override { on(k.depth, k); }
   void run(const kernels::DecimateModel& k) const override { on(k.coarse_depth, k); }
 

@@ -39,5 +39,6 @@ class LanesBase : public Backend {
 
 Backend* make_lanes_sse4_2(int threads, const char* instruction_set);
 Backend* make_lanes_avx2(int threads, const char* instruction_set);
+Backend* make_lanes_avx512(int threads, const char* instruction_set);
 
 }  // namespace plumbline::cpu

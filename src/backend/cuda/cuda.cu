@@ -118,6 +118,7 @@ class CudaBackend final : public Backend {
   void run(const kernels::ToMetres& k) const override { on(k.depth, k, "ToMetres"); }
   void run(const kernels::BilateralFilter& k) const override { on(k.out, k, "BilateralFilter"); }
   void run(const kernels::DecimateDepth& k) const override { on(k.coarse, k, "DecimateDepth"); }
+  void run(const kernels::InverseDepth& k) const override { on(k.depth, k, "InverseDepth"); }
   void run(const kernels::PlaneNormals& k) const override { on(k.depth, k, "PlaneNormals"); }
   void run(const kernels::IntegralInput& k) const override { on(k.depth, k, "IntegralInput"); }
   void run(const kernels::IntegralNormals& k) const override { on(k.depth, k, "IntegralNormals"); }
@@ -141,6 +142,7 @@ class CudaBackend final : public Backend {
     launched("Integrate");
   }
 
+  void run(const kernels::RaySpans& k) const override;
   void run(const kernels::Raycast& k) const override { on(k.depth, k, "Raycast"); }
   void run(const kernels::DecimateModel& k) const override { on(k.coarse_depth, k, "DecimateModel"); }
 
@@ -213,6 +215,15 @@ void CudaBackend::integral_image(const PlaneView<std::int32_t>& plane) const {
   scan_columns<<<static_cast<unsigned>(divide_up(plane.width, kWarp)), kWarp, 0, stream_>>>(data, plane.width,
                                                                                             plane.height, plane.stride);
   launched("integral image, columns");
+}
+
+void CudaBackend::run(const kernels::RaySpans& k) const {
+  const int tiles = k.spans.stride * k.spans.rows, bricks = k.volume.bricks;
+  clear_spans<<<static_cast<unsigned>(divide_up(tiles, kReduceThreads)), kReduceThreads, 0, stream_>>>(k.spans);
+  const dim3 blocks(static_cast<unsigned>(divide_up(bricks, kTileColumns)),
+                    static_cast<unsigned>(divide_up(bricks * bricks, kTileRows)));
+  span_rays<<<blocks, dim3(kTileColumns, kTileRows), 0, stream_>>>(k);
+  launched("RaySpans");
 }
 
 /// Leaves the sums in sums_ and the counts in counts_, and waits for them.

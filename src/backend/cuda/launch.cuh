@@ -6,6 +6,7 @@
 #include <cub/warp/warp_reduce.cuh>
 
 #include "kernels/lane.h"
+#include "kernels/raycast.h"
 #include "kernels/volume_view.h"
 
 namespace plumbline::cuda {
@@ -114,6 +115,39 @@ __global__ void __launch_bounds__(N* kWarp)
     counts[bin] = histogram[bin];
     histogram[bin] = 0;
   }
+}
+
+/// Widens the spans of the tiles that a brick covers. Depths are positive, so that their bits are in their order, and
+/// neither a least nor a greatest depends on the order of threads.
+struct ThreadTiles {
+  kernels::RaySpanView spans;
+
+  template <class F>
+  __device__ void widen(bool valid, const kernels::RayTiles<F>& at, F near, F far) {
+    if (!valid) return;
+    for (int y = at.y0; y <= at.y1; ++y) {
+      for (int x = at.x0; x <= at.x1; ++x) {
+        const int tile = y * spans.stride + x;
+        atomicMin(reinterpret_cast<int*>(spans.nearest + tile), kernels::bits_from_float(near));
+        atomicMax(reinterpret_cast<int*>(spans.farthest + tile), kernels::bits_from_float(far));
+      }
+    }
+  }
+};
+
+__global__ void clear_spans(kernels::RaySpanView spans) {
+  const int tile = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (tile >= spans.stride * spans.rows) return;
+  spans.nearest[tile] = kernels::kNoRange;
+  spans.farthest[tile] = 0;
+}
+
+__global__ void span_rays(kernels::RaySpans kernel) {
+  const int bricks = kernel.volume.bricks;
+  const int x = static_cast<int>(blockIdx.x * kTileColumns + threadIdx.x);
+  const int row = static_cast<int>(blockIdx.y * kTileRows + threadIdx.y);
+  ThreadTiles tiles{kernel.spans};
+  if (x < bricks && row < bricks * bricks) kernel.template operator()<float>(x, row, tiles);
 }
 
 constexpr int kScanThreads = 256;
