@@ -30,7 +30,7 @@ std::string bar(const ProgressState& state, int columns) {
 /// Counts, speed and time to go, as many of them as fit in `width` columns.
 std::string status_text(const ProgressState& state, int width, const ProgressWords& words) {
   const double rate = state.seconds > 0 ? state.done / state.seconds : 0;
-  const bool endless = state.total < 0, slow = rate > 0 && rate < 0.5;
+  const bool endless = state.total<0, slow = rate> 0 && rate < 0.5;
   const std::array<std::string, 5> parts = {
       endless ? fmt::format("{}", state.done) : fmt::format("{}/{}", state.done, state.total),
       fmt::format("  {} {}, {} {}", state.tracked, words.good, state.lost, words.bad), state.more,

@@ -104,8 +104,9 @@ struct BackendInfo {
   std::string description;  ///< what it is, or why it is not available
 };
 
-/// "auto" (what is known to work: the CPU), "cpu", "cpu:avx2+fma" (with that instruction set), or "cuda". `threads` of 0
-/// takes all of the machine's; other backends ignore it. Throws Error for a name that is unknown or not available here.
+/// "auto" (what is known to work: the CPU), "cpu", "cpu:avx2+fma" (with that instruction set), or "cuda". `threads` of
+/// 0 takes all of the machine's; other backends ignore it. Throws Error for a name that is unknown or not available
+/// here.
 std::unique_ptr<Backend> make_backend(const std::string& name = "auto", int threads = 0);
 std::vector<BackendInfo> list_backends();
 
