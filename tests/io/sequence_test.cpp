@@ -508,7 +508,7 @@ TEST(DepthFolder, WhatHoldsNoSequenceIsAnError) {
   EXPECT_THAT(open_error(folder.path().string()), HasSubstr("no sequence that is known"));
   EXPECT_THAT(open_error(folder / "gone"), HasSubstr("no such folder"));
   write_text(folder / "file", "x");
-  EXPECT_THAT(open_error(folder / "file"), HasSubstr("is a file"));
+  EXPECT_THAT(open_error(folder / "file"), HasSubstr("is no recording that can be read"));
 }
 
 // ---- Reading frames
