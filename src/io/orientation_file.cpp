@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include "core/error.h"
-#include "io/stamped_lines.h"
+#include "io/atomic_file.h"
+#include "io/named_columns.h"
 #include "io/text_file.h"
 
 namespace plumbline {
@@ -18,6 +18,8 @@ namespace {
 
 constexpr const char* kAdvice =
     "write each orientation as: t qx qy qz qw (seconds, unit quaternion), or give a file in TUM's or EuRoC's format";
+
+constexpr std::string_view kTiltOnly = "tilt only";
 
 /// Where in a line the quaternion stands.
 struct Columns {
@@ -31,25 +33,12 @@ struct Layout {
   Columns columns;
 };
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
-/// Names of columns between commas, or between blanks where there are none; lower case, without units in brackets.
+/// Lower case, without units in brackets.
 std::vector<std::string> column_names(std::string_view head) {
   std::vector<std::string> names;
-  if (head.find(',') == std::string_view::npos) {
-    for (const std::string_view name : split_fields(head)) names.push_back(lower(name));
-    return names;
-  }
-  for (std::string_view rest = head; !rest.empty();) {
-    const std::size_t comma = std::min(rest.find(','), rest.size());
-    const std::string_view name = rest.substr(0, comma);
-    names.push_back(lower(trim(name.substr(0, name.find('[')))));
-    rest.remove_prefix(std::min(comma + 1, rest.size()));
-  }
+  const bool units = head.find(',') != std::string_view::npos;
+  for (const std::string_view name : split_heading(head))
+    names.push_back(lower(units ? trim(name.substr(0, name.find('['))) : name));
   return names;
 }
 
@@ -82,29 +71,10 @@ std::optional<Columns> columns_by_number(std::size_t fields, bool nanoseconds) {
   return std::nullopt;
 }
 
-std::string_view first_field(const TextLine& line) {
-  const auto fields = split_fields(line.text, true);
-  return fields.empty() ? std::string_view() : fields.front();
-}
-
-/// A heading is a line whose first field is a word.
-bool is_heading(const TextLine& line) {
-  const std::string_view first = first_field(line);
-  return !first.empty() && (std::isalpha(static_cast<unsigned char>(first.front())) != 0 || first.front() == '"') &&
-         !parse_double(first);
-}
-
-bool is_nanoseconds(std::string_view stamp) {
-  constexpr std::size_t kDigits = 11;  // whole seconds of 317 years
-  return stamp.size() >= kDigits && parse_unsigned(stamp).has_value();
-}
-
 Layout find_layout(const TextFile& file, std::string_view head, bool has_heading, const std::vector<TextLine>& lines) {
   Layout layout;
   layout.fields = split_fields(lines.front().text, true).size();
-  layout.nanoseconds =
-      head.find("[ns]") != std::string_view::npos ||
-      std::any_of(lines.begin(), lines.end(), [](const TextLine& line) { return is_nanoseconds(first_field(line)); });
+  layout.nanoseconds = has_nanoseconds(head, lines);
   const std::vector<std::string> names = column_names(head);
   std::optional<Columns> columns;
   if (names.size() == layout.fields) columns = columns_by_name(names);
@@ -115,13 +85,6 @@ Layout find_layout(const TextFile& file, std::string_view head, bool has_heading
     file.fail(lines.front(), fmt::format("has {} fields, where an orientation has 5 or 8", layout.fields), kAdvice);
   layout.columns = *columns;
   return layout;
-}
-
-Nanoseconds parse_stamp(const TextFile& file, const TextLine& line, std::string_view text, bool nanoseconds) {
-  if (!nanoseconds) return stamp_of(file, line, text, kAdvice);
-  const auto time = parse_unsigned(text);
-  if (!time) file.fail(line, fmt::format("'{}' is not a time in whole nanoseconds", text), kAdvice);
-  return *time;
 }
 
 /// A line as it stands there; the numbers need not be those of a rotation.
@@ -136,7 +99,7 @@ std::pair<Nanoseconds, Eigen::Vector4d> parse_line(const TextFile& file, const T
     if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kAdvice);
     numbers[i] = *value;
   }
-  return {parse_stamp(file, line, fields.front(), layout.nanoseconds), numbers};
+  return {parse_stamp(file, line, fields.front(), layout.nanoseconds, kAdvice), numbers};
 }
 
 bool is_unit(const Eigen::Vector4d& quaternion) { return std::abs(quaternion.norm() - 1) <= kUnitTolerance; }
@@ -171,6 +134,7 @@ std::vector<OrientationSample> read_orientations(const std::string& path, const 
   const Layout layout = find_layout(file, head, has_heading, lines);
   OrientationConvention convention = declared;
   convention.quaternion = declared.quaternion.value_or(layout.columns.order);
+  convention.has_heading = declared.has_heading && head.find(kTiltOnly) == std::string_view::npos;
   if (used != nullptr) *used = convention;
 
   std::vector<OrientationSample> samples;
@@ -197,6 +161,22 @@ std::vector<OrientationSample> read_orientations(const std::string& path, const 
   if (samples.empty()) throw Error("has no orientations", path, kAdvice);
   sort_and_thin(&samples, "orientations", notes);
   return samples;
+}
+
+void write_orientations(const std::string& path, const std::vector<OrientationSample>& samples, bool has_heading) {
+  std::string text = "# earth_from_body, earth axes east north up\n# timestamp qx qy qz qw";
+  if (!has_heading) text += fmt::format(" ({}: the heading means nothing)", kTiltOnly);
+  text += '\n';
+  Eigen::Quaterniond before = Eigen::Quaterniond::Identity();
+  for (const OrientationSample& s : samples) {
+    Eigen::Quaterniond q(s.earth_from_body);
+    if (q.dot(before) < 0) q.coeffs() = -q.coeffs();  // the signs of one rotation's two quaternions follow one another
+    before = q;
+    text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f}\n", format_seconds(s.time, 9), q.x(), q.y(), q.z(), q.w());
+  }
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
 }
 
 }  // namespace plumbline

@@ -3,10 +3,13 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <new>
+#include <utility>
 
 #include "core/error.h"
 
@@ -43,6 +46,32 @@ void read_all(int fd, const std::string& path, std::string* bytes) {
   bytes->resize(size);
 }
 
+/// The content of a gzip file, one member or several.
+std::string inflated(const std::string& bytes, const std::string& path) {
+  constexpr std::size_t kLargest = std::size_t{1} << 32;  // a small file must not fill the memory
+  z_stream stream{};
+  if (inflateInit2(&stream, 16 + MAX_WBITS) != Z_OK) throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, inflateEnd);
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  std::string out;
+  for (int state = Z_OK; state != Z_STREAM_END || stream.avail_in > 0;) {
+    if (state == Z_STREAM_END) inflateReset(&stream);
+    const std::size_t size = out.size();
+    if (size >= kLargest) throw Error("unpacks to more than 4 GiB", path, "unpack it and give a part");
+    out.resize(size + (std::size_t{1} << 18));
+    stream.next_out = reinterpret_cast<Bytef*>(out.data() + size);
+    stream.avail_out = static_cast<uInt>(out.size() - size);
+    state = inflate(&stream, Z_NO_FLUSH);
+    out.resize(out.size() - stream.avail_out);
+    if (state != Z_OK && state != Z_STREAM_END)
+      throw Error("is a damaged gzip file", path, "fetch it again, or unpack it");
+  }
+  return out;
+}
+
+bool is_gzip(const std::string& bytes) { return bytes.starts_with("\x1f\x8b"); }
+
 }  // namespace
 
 std::string read_file(const std::string& path) {
@@ -56,8 +85,10 @@ std::string read_file(const std::string& path) {
   return bytes;
 }
 
-TextFile::TextFile(const std::string& path)
-    : path_(path), content_(std::make_shared<const std::string>(read_file(path))) {
+TextFile::TextFile(const std::string& path) : path_(path) {
+  std::string bytes = read_file(path);
+  if (is_gzip(bytes)) bytes = inflated(bytes, path);
+  content_ = std::make_shared<const std::string>(std::move(bytes));
   std::string_view rest = *content_;
   if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
   for (int number = 1; !rest.empty(); ++number) {

@@ -20,7 +20,7 @@ struct TextLine {
   bool has_newline = true;  ///< false for a last line that a writer did not finish, or whose editor left the end out
 };
 
-/// A text file with LF or CRLF line ends, with or without a byte-order mark.
+/// A text file with LF or CRLF line ends, with or without a byte-order mark, as it is or compressed with gzip.
 class TextFile {
  public:
   explicit TextFile(const std::string& path);
