@@ -84,7 +84,10 @@ double unit_of(Channel channel, const std::string& name) {
   return 1;
 }
 
-void layout_by_names(const std::vector<std::string>& names, Layout* layout) {
+/// The names belong to the last columns: a comment may say more before them. Too few tell nothing.
+void layout_by_names(std::vector<std::string> names, Layout* layout) {
+  if (names.size() < layout->fields) return;
+  names.erase(names.begin(), names.end() - static_cast<std::ptrdiff_t>(layout->fields));
   for (std::size_t i = 0; i < names.size(); ++i) {
     char component = '\0';
     const std::string stem = stem_of(names[i], &component);
@@ -126,8 +129,7 @@ Layout find_layout(const TextFile& file, std::string_view head, const std::vecto
   Layout layout;
   layout.fields = split_fields(lines.front().text, true).size();
   layout.nanoseconds = has_nanoseconds(head, lines);
-  const std::vector<std::string> names = expanded_names(head);
-  if (names.size() == layout.fields) layout_by_names(names, &layout);
+  layout_by_names(expanded_names(head), &layout);
   if (!layout.columns[kAccelerometer] && !layout.columns[kGyroscope]) layout_by_number(&layout);
   if (!layout.columns[kAccelerometer])
     file.fail(lines.front(),
@@ -232,8 +234,7 @@ bool is_imu_file(const std::string& path) {
   if (lines.empty()) return false;
   Layout layout;
   layout.fields = split_fields(lines.front().text, true).size();
-  const std::vector<std::string> names = expanded_names(head);
-  if (names.size() == layout.fields) layout_by_names(names, &layout);
+  layout_by_names(expanded_names(head), &layout);
   return layout.columns[kAccelerometer].has_value();
 }
 
