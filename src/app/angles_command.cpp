@@ -118,6 +118,9 @@ int angles(const AnglesArguments& arguments) {
   validate(parameters);
   std::vector<std::string> notes;
   const std::optional<OrientationStream> orientation = load_orientation(arguments.orientation, &notes);
+  if (orientation && !orientation->options().convention.has_heading)
+    throw UsageError("has the tilt only, where the test needs the whole orientation", "--orientation",
+                     "Give a file with headings.");
   AngularReport report = report_on(arguments);
   const std::unique_ptr<Sequence> sequence = open_depth(arguments.sequence);
   report.frames = sequence->size();

@@ -10,6 +10,8 @@
 
 #include "app/arguments.h"
 #include "imu/error_model.h"
+#include "imu/orientation_filter.h"
+#include "io/imu_file.h"
 #include "io/orientation_file.h"
 #include "tracking/orientation_guide.h"
 
@@ -72,11 +74,32 @@ void note_error_model(const OrientationErrorModel& model, std::vector<std::strin
                   a.y(), a.z(), model.seed));
 }
 
+/// Raw readings are made into orientations here, with all of them at hand.
+std::vector<OrientationSample> filtered(const OrientationArguments& a, OrientationStreamOptions* options,
+                                        std::vector<std::string>* notes) {
+  const ImuRecording recording = read_imu(a.path, notes);
+  const auto note = [&](const char* text) {
+    if (notes != nullptr) notes->emplace_back(text);
+  };
+  if (recording.kinect_axes && a.mounting.empty()) {
+    // x left, y up, z forward: the Kinect's accelerometer against its depth camera.
+    options->body_from_camera = Eigen::Vector3d(-1, -1, 1).asDiagonal();
+    note("raw readings of a Kinect's accelerometer: --mounting \"0 0 1 0\" is assumed");
+  }
+  if (recording.has_gyroscope) {
+    note("raw readings: filtered forward and backward, as `plumbline orientation --offline` does");
+    return smooth_orientation(recording);
+  }
+  options->convention.has_heading = false;
+  return tilt_from_accelerometer(recording, kTiltTau, true);
+}
+
 }  // namespace
 
 void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
   CLI::Option* file = command.add_option("--orientation", a.path,
-                                         "Readings of an orientation sensor: t qx qy qz qw, TUM's or EuRoC's format");
+                                         "Readings of an orientation sensor: t qx qy qz qw, TUM's or EuRoC's "
+                                         "format, or raw readings that `plumbline orientation` reads");
   file->type_name("FILE");
   const auto add = [&](const char* name, auto& value, const char* help, const char* type) {
     return command.add_option(name, value, help)->needs(file)->type_name(type);
@@ -108,7 +131,11 @@ std::optional<OrientationStream> load_orientation(const OrientationArguments& a,
   if (std::error_code error; !std::filesystem::exists(a.path, error))
     throw UsageError("there is no such file", "--orientation " + a.path,
                      "Give a file with lines t qx qy qz qw, or in TUM's or EuRoC's format.");
-  std::vector<OrientationSample> samples = read_orientations(a.path, declared, notes, &options.convention);
+  std::vector<OrientationSample> samples = is_imu_file(a.path)
+                                               ? filtered(a, &options, notes)
+                                               : read_orientations(a.path, declared, notes, &options.convention);
+  if (!options.convention.has_heading && notes != nullptr)
+    notes->emplace_back("tilt only: the heading is left to the tracking");
   note_error_model(model, notes);
   return OrientationStream(with_error(model, std::move(samples)), options);
 }

@@ -56,6 +56,8 @@ int run(const RunArguments& arguments) {
   if (options.sequence.empty())
     throw UsageError("no sequence was given", "plumbline run", "Give the folder of a sequence.");
   options.orientation = load_orientation(arguments.orientation, &options.orientation_notes);
+  if (options.orientation && !options.orientation->options().convention.has_heading)
+    options.parameters.orientation.heading_sigma = kNoHeadingSigma;
   options.orientation_source = describe(arguments.orientation);
   const Reconstruction result = reconstruct(options);
   return result.signal == 0 ? 0 : 128 + result.signal;
