@@ -26,6 +26,7 @@ void add_render_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen, const std::string& command_line);
 void add_simulate_command(CLI::App& app, Command& chosen);
 void add_orientation_command(CLI::App& app, Command& chosen);
+void add_characterise_command(CLI::App& app, Command& chosen);
 void add_backends_command(CLI::App& app, Command& chosen);
 
 }  // namespace plumbline::app

@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
   add_demo_command(app, chosen, line);
   add_simulate_command(app, chosen);
   add_orientation_command(app, chosen);
+  add_characterise_command(app, chosen);
   add_backends_command(app, chosen);
   try {
     app.parse(argc, argv);

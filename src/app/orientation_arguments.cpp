@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/arguments.h"
+#include "app/sensor_model.h"
 #include "imu/error_model.h"
 #include "imu/orientation_filter.h"
 #include "io/imu_file.h"
@@ -48,6 +49,7 @@ Eigen::Matrix3d mounting_of(const std::string& text) {
 OrientationErrorModel error_model_of(const OrientationArguments& a) {
   constexpr const char* kOption = "--imu-model";
   OrientationErrorModel model;
+  if (a.imu_model.ends_with(".toml")) return read_sensor_model(a.imu_model).error;
   if (a.imu_model.find_first_of("0123456789") == 0 || a.imu_model.find(',') != std::string::npos) {
     const std::vector<double> n = parse_numbers(a.imu_model, 3, kOption, "AX,AY,AZ in degrees");
     for (const double degrees : n)
@@ -59,7 +61,8 @@ OrientationErrorModel error_model_of(const OrientationArguments& a) {
       model = error_model(a.imu_model);
     } catch (const Error&) {
       throw UsageError("there is no error model '" + a.imu_model + "'", kOption,
-                       "Take ideal, bno055 or three amplitudes in degrees, such as 3,3,10.");
+                       "Take ideal, bno055, three amplitudes in degrees, such as 3,3,10, or a file of `plumbline "
+                       "characterise` that ends in .toml.");
     }
   }
   model.seed = a.imu_seed;
@@ -69,6 +72,12 @@ OrientationErrorModel error_model_of(const OrientationArguments& a) {
 void note_error_model(const OrientationErrorModel& model, std::vector<std::string>* notes) {
   if (notes == nullptr || model.amplitude.isZero(0)) return;
   const Eigen::Vector3d a = model.amplitude / kDegree;
+  if (model.measured) {
+    notes->push_back(
+        fmt::format("a measured systematic error of up to {:.3g}°, {:.3g}° (tilt) and {:.3g}° (heading) was added",
+                    a.x(), a.y(), a.z()));
+    return;
+  }
   notes->push_back(
       fmt::format("a systematic error of up to {:.6g}°, {:.6g}° (tilt) and {:.6g}° (heading) was added, seed {}", a.x(),
                   a.y(), a.z(), model.seed));
@@ -116,7 +125,9 @@ void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
       ->check(CLI::Range(1e-6, 1e3))
       ->capture_default_str();
   CLI::Option* model = add("--imu-model", a.imu_model, "Adds a systematic error, to degrade an ideal orientation",
-                           "ideal|bno055|AX,AY,AZ");
+                           "ideal|bno055|AX,AY,AZ|FILE.toml");
+  add("--sensor-model", a.sensor_model, "Takes the sensor's uncertainty from a file of `plumbline characterise`",
+      "FILE.toml");
   add("--imu-seed", a.imu_seed, "Of that error", "N")->needs(model)->capture_default_str();
 }
 
@@ -138,6 +149,12 @@ std::optional<OrientationStream> load_orientation(const OrientationArguments& a,
     notes->emplace_back("tilt only: the heading is left to the tracking");
   note_error_model(model, notes);
   return OrientationStream(with_error(model, std::move(samples)), options);
+}
+
+void apply_sensor_model(const OrientationArguments& a, OrientationParameters* parameters) {
+  if (a.sensor_model.empty()) return;
+  const Eigen::Matrix3d degrees2 = read_sensor_model(a.sensor_model).covariance / (kDegree * kDegree);
+  parameters->covariance.assign(degrees2.data(), degrees2.data() + 9);
 }
 
 std::string describe(const OrientationArguments& a) {

@@ -32,6 +32,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   options.output = arguments.output;
   options.input = sequence_options(arguments.sequence);
   options.parameters = effective_parameters(arguments.parameters);
+  apply_sensor_model(arguments.orientation, &options.parameters.orientation);
   options.backend = arguments.backend;
   options.threads = arguments.threads;
   options.max_frames = arguments.max_frames;

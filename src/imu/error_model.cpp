@@ -19,28 +19,32 @@ constexpr std::uint64_t kHarmonicsStream = 301;
 
 }  // namespace
 
-SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) {
-  if (harmonics < 1 || harmonics > 100 || !(amplitude.minCoeff() >= 0) || !amplitude.allFinite())
-    throw Error("the systematic error is out of range", kWhere, "give amplitudes from 0 and 1 to 100 harmonics");
-  for (int axis = 0; axis < 3; ++axis) {
-    Random random(stream(stream(seed, kHarmonicsStream), static_cast<std::uint64_t>(axis)));
-    for (int k = 1; k <= harmonics; ++k) harmonics_[axis].push_back({random.normal() / k, random.normal() / k});
-    constexpr int kGrid = 720;
-    double largest = 0;
-    for (int i = 0; i < kGrid; ++i) largest = std::max(largest, std::abs(about(axis, 2 * kPi * i / kGrid)));
-    for (Harmonic& h : harmonics_[axis]) h = {h.sine * amplitude[axis] / largest, h.cosine * amplitude[axis] / largest};
-  }
-}
-
-double SystematicError::about(int axis, double angle) const {
-  double sum = 0;
+double PeriodicError::at(double angle) const {
+  double sum = constant;
   int k = 0;
-  for (const Harmonic& h : harmonics_[axis]) {
+  for (const Harmonic& h : harmonics) {
     ++k;
     sum += h.sine * std::sin(k * angle) + h.cosine * std::cos(k * angle);
   }
   return sum;
 }
+
+SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) {
+  if (harmonics < 1 || harmonics > 100 || !(amplitude.minCoeff() >= 0) || !amplitude.allFinite())
+    throw Error("the systematic error is out of range", kWhere, "give amplitudes from 0 and 1 to 100 harmonics");
+  for (int axis = 0; axis < 3; ++axis) {
+    Random random(stream(stream(seed, kHarmonicsStream), static_cast<std::uint64_t>(axis)));
+    std::vector<PeriodicError::Harmonic>& list = axes_[static_cast<std::size_t>(axis)].harmonics;
+    for (int k = 1; k <= harmonics; ++k) list.push_back({random.normal() / k, random.normal() / k});
+    constexpr int kGrid = 720;
+    double largest = 0;
+    for (int i = 0; i < kGrid; ++i) largest = std::max(largest, std::abs(about(axis, 2 * kPi * i / kGrid)));
+    for (PeriodicError::Harmonic& h : list)
+      h = {h.sine * amplitude[axis] / largest, h.cosine * amplitude[axis] / largest};
+  }
+}
+
+double SystematicError::about(int axis, double angle) const { return axes_[static_cast<std::size_t>(axis)].at(angle); }
 
 Vector3d SystematicError::at(const Matrix3d& earth_from_body) const {
   constexpr double kFaint = 0.04;  ///< of the twist's quaternion, squared length
@@ -61,7 +65,8 @@ OrientationErrorModel error_model(std::string_view name) {
 }
 
 std::vector<OrientationSample> with_error(const OrientationErrorModel& model, std::vector<OrientationSample> samples) {
-  const SystematicError error(model.amplitude, model.harmonics, model.seed);
+  const SystematicError error =
+      model.measured ? SystematicError(*model.measured) : SystematicError(model.amplitude, model.harmonics, model.seed);
   for (OrientationSample& sample : samples)
     sample.earth_from_body = so3::exp(error.at(sample.earth_from_body)) * sample.earth_from_body;
   return samples;
