@@ -114,7 +114,8 @@ class OutputFile {
 };
 
 int angles(const AnglesArguments& arguments) {
-  const Parameters parameters = effective_parameters(arguments.parameters);
+  Parameters parameters = effective_parameters(arguments.parameters);
+  apply_sensor_model(arguments.orientation, &parameters.orientation);
   validate(parameters);
   std::vector<std::string> notes;
   const std::optional<OrientationStream> orientation = load_orientation(arguments.orientation, &notes);
