@@ -2,6 +2,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,8 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct FilterArguments {
   std::string input, output = "orientation.txt", filter = "vqf", reference;
-  double gain = kMadgwickGain, tau = kTiltTau;
+  double gain = kMadgwickGain;
+  std::optional<double> tau;
   bool offline = false, no_magnetometer = false, no_gyroscope = false, json = false;
 };
 
@@ -42,7 +44,7 @@ ImuRecording load(const FilterArguments& a) {
 std::vector<OrientationSample> orientations_of(const ImuRecording& recording, const FilterArguments& a) {
   if (!recording.has_gyroscope) {
     if (a.filter == "madgwick") throw UsageError("needs a gyroscope", "--filter madgwick", "Leave the option out.");
-    return tilt_from_accelerometer(recording, a.tau, a.offline);
+    return tilt_from_accelerometer(recording, a.tau.value_or(a.offline ? kTiltTau : kTiltTauForward), a.offline);
   }
   if (a.filter == "madgwick") {
     if (a.offline) throw UsageError("has no backward pass", "--filter madgwick", "Leave out --offline.");
@@ -103,9 +105,13 @@ void add_options(CLI::App& command, FilterArguments& a) {
       ->capture_default_str()
       ->type_name("NAME");
   command.add_option("--gain", a.gain, "Madgwick's beta, rad/s")->check(CLI::Range(0.0, 1e3))->capture_default_str();
-  command.add_option("--tilt-tau", a.tau, "Without a gyroscope: time constant of the acceleration's low-pass, seconds")
-      ->check(CLI::Range(0.0, 1e3))
-      ->capture_default_str();
+  command
+      .add_option(
+          "--tilt-tau", a.tau,
+          fmt::format("Without a gyroscope: time constant of the acceleration's low-pass, seconds (default: {}, "
+                      "{} with --offline)",
+                      kTiltTauForward, kTiltTau))
+      ->check(CLI::Range(0.0, 1e3));
   command.add_flag("--no-magnetometer", a.no_magnetometer, "As if there were none");
   command.add_flag("--no-gyroscope", a.no_gyroscope, "As if there were none: tilt only");
   command.add_option("--reference", a.reference, "True orientations to compare with (default: those of a BROAD file)")

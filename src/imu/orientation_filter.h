@@ -53,8 +53,8 @@ std::vector<OrientationSample> filter_orientation(const ImuRecording& recording,
 std::vector<OrientationSample> smooth_orientation(const ImuRecording& recording,
                                                   const OrientationFilterOptions& options = {});
 
-/// Seconds; on real hand motion (TUM fr1) near the least error of the tilt.
-constexpr double kTiltTau = 0.1;
+/// Seconds; on real hand motion (TUM fr1) near the least error of the tilt, forward and backward and forward only.
+constexpr double kTiltTau = 0.1, kTiltTauForward = 0.03;
 
 /// Accelerometer alone: the low-passed specific force is taken for "up". Between two readings the orientation turns
 /// about a horizontal axis, so its heading means nothing. `tau` in seconds: short, as without a gyroscope the low-pass
