@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/angular_report.h"
+#include "app/arguments.h"
 #include "app/angular_test.h"
 #include "app/commands.h"
 #include "app/console.h"
