@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/angular_report.h"
-#include "app/arguments.h"
 #include "app/angular_test.h"
+#include "app/arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/orientation_arguments.h"
