@@ -144,7 +144,7 @@ int used_frames(const OrientationParameters& p, const Reading& reading) {
     const Eigen::Matrix3d read = reading(i, earth_from_world * hand(i));
     const OrientationUse use = guide.use(read);
     used += use == OrientationUse::used || use == OrientationUse::first;
-    guide.observe(SE3(hand(i), {}), read, hand(i));
+    guide.observe(SE3(hand(i), Eigen::Vector3d::Zero()), read, hand(i));
   }
   return used;
 }

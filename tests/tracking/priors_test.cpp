@@ -91,8 +91,9 @@ TEST(TiltAnchor, JacobianIsTheNumericalOneAndTheHeadingIsFree) {
     EXPECT_LT((turned.evaluate(pose, {}).b - anchor.evaluate(pose, {}).b).norm(), 1e-9);
     Vector6d heading = Vector6d::Zero();
     heading.head<3>() = earth_from_world.row(2);
-    if (round == 0)
+    if (round == 0) {
       EXPECT_LT((anchor.evaluate(pose, {}).h * heading).norm(), 1e-3 * anchor.evaluate(pose, {}).h.norm());
+    }
   }
 }
 
