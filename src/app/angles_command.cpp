@@ -8,6 +8,7 @@
 
 #include "app/angular_report.h"
 #include "app/angular_test.h"
+#include "app/arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/orientation_arguments.h"
@@ -114,10 +115,14 @@ class OutputFile {
 };
 
 int angles(const AnglesArguments& arguments) {
-  const Parameters parameters = effective_parameters(arguments.parameters);
+  Parameters parameters = effective_parameters(arguments.parameters);
+  apply_sensor_model(arguments.orientation, &parameters.orientation);
   validate(parameters);
   std::vector<std::string> notes;
   const std::optional<OrientationStream> orientation = load_orientation(arguments.orientation, &notes);
+  if (orientation && !orientation->options().convention.has_heading)
+    throw UsageError("has the tilt only, where the test needs the whole orientation", "--orientation",
+                     "Give a file with headings.");
   AngularReport report = report_on(arguments);
   const std::unique_ptr<Sequence> sequence = open_depth(arguments.sequence);
   report.frames = sequence->size();

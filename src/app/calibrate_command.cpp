@@ -157,6 +157,9 @@ int calibrate(const CalibrateArguments& a) {
   check(a);
   std::vector<std::string> notes;
   const OrientationStream stream = *load_orientation(a.orientation, &notes);
+  if (!stream.options().convention.has_heading)
+    throw UsageError("has the tilt only, where a calibration needs the whole orientation", "--orientation",
+                     "Give a file with headings.");
   const Trajectory camera = a.trajectory.empty() ? track(a) : read_poses(a);
   say("orientation {} readings from {}", stream.samples().size(), describe(a.orientation));
   for (const std::string& note : notes) say("note       {}", note);

@@ -30,6 +30,8 @@ void add_demo_command(CLI::App& app, Command& chosen, const std::string& command
 void add_simulate_command(CLI::App& app, Command& chosen);
 void add_download_command(CLI::App& app, Command& chosen);
 void add_record_command(CLI::App& app, Command& chosen);
+void add_orientation_command(CLI::App& app, Command& chosen);
+void add_characterise_command(CLI::App& app, Command& chosen);
 void add_backends_command(CLI::App& app, Command& chosen);
 void add_batch_command(CLI::App& app, Command& chosen);
 void add_reproduce_command(CLI::App& app, Command& chosen);

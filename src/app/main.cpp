@@ -50,6 +50,8 @@ int run(int argc, char** argv) {
   add_simulate_command(app, chosen);
   add_download_command(app, chosen);
   add_record_command(app, chosen);
+  add_orientation_command(app, chosen);
+  add_characterise_command(app, chosen);
   add_backends_command(app, chosen);
   add_batch_command(app, chosen);
   add_reproduce_command(app, chosen);

@@ -9,7 +9,10 @@
 #include <utility>
 
 #include "app/arguments.h"
+#include "app/sensor_model.h"
 #include "imu/error_model.h"
+#include "imu/orientation_filter.h"
+#include "io/imu_file.h"
 #include "io/orientation_calibration.h"
 #include "io/orientation_file.h"
 #include "tracking/orientation_guide.h"
@@ -47,6 +50,7 @@ Eigen::Matrix3d mounting_of(const std::string& text, const Eigen::Matrix3d& othe
 OrientationErrorModel error_model_of(const OrientationArguments& a) {
   constexpr const char* kOption = "--imu-model";
   OrientationErrorModel model;
+  if (a.imu_model.ends_with(".toml")) return read_sensor_model(a.imu_model).error;
   if (a.imu_model.find_first_of("0123456789") == 0 || a.imu_model.find(',') != std::string::npos) {
     const std::vector<double> n = parse_numbers(a.imu_model, 3, kOption, "AX,AY,AZ in degrees");
     for (const double degrees : n)
@@ -58,7 +62,8 @@ OrientationErrorModel error_model_of(const OrientationArguments& a) {
       model = error_model(a.imu_model);
     } catch (const Error&) {
       throw UsageError("there is no error model '" + a.imu_model + "'", kOption,
-                       "Take ideal, bno055 or three amplitudes in degrees, such as 3,3,10.");
+                       "Take ideal, bno055, three amplitudes in degrees, such as 3,3,10, or a file of `plumbline "
+                       "characterise` that ends in .toml.");
     }
   }
   model.seed = a.imu_seed;
@@ -68,16 +73,43 @@ OrientationErrorModel error_model_of(const OrientationArguments& a) {
 void note_error_model(const OrientationErrorModel& model, std::vector<std::string>* notes) {
   if (notes == nullptr || model.amplitude.isZero(0)) return;
   const Eigen::Vector3d a = model.amplitude / kDegree;
+  if (model.measured) {
+    notes->push_back(
+        fmt::format("a measured systematic error of up to {:.3g}°, {:.3g}° (tilt) and {:.3g}° (heading) was added",
+                    a.x(), a.y(), a.z()));
+    return;
+  }
   notes->push_back(
       fmt::format("a systematic error of up to {:.6g}°, {:.6g}° (tilt) and {:.6g}° (heading) was added, seed {}", a.x(),
                   a.y(), a.z(), model.seed));
+}
+
+/// Raw readings are made into orientations here, with all of them at hand.
+std::vector<OrientationSample> filtered(const OrientationArguments& a, OrientationStreamOptions* options,
+                                        std::vector<std::string>* notes) {
+  const ImuRecording recording = read_imu(a.path, notes);
+  const auto note = [&](const char* text) {
+    if (notes != nullptr) notes->emplace_back(text);
+  };
+  if (recording.kinect_axes && a.mounting.empty() && a.calibration.empty()) {
+    // x left, y up, z forward: the Kinect's accelerometer against its depth camera.
+    options->body_from_camera = Eigen::Vector3d(-1, -1, 1).asDiagonal();
+    note("raw readings of a Kinect's accelerometer: --mounting \"0 0 1 0\" is assumed");
+  }
+  if (recording.has_gyroscope) {
+    note("raw readings: filtered forward and backward, as `plumbline orientation --offline` does");
+    return smooth_orientation(recording);
+  }
+  options->convention.has_heading = false;
+  return tilt_from_accelerometer(recording, kTiltTau, true);
 }
 
 }  // namespace
 
 void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
   CLI::Option* file = command.add_option("--orientation", a.path,
-                                         "Readings of an orientation sensor: t qx qy qz qw, TUM's or EuRoC's format");
+                                         "Readings of an orientation sensor: t qx qy qz qw, TUM's or EuRoC's "
+                                         "format, or raw readings that `plumbline orientation` reads");
   file->type_name("FILE");
   std::vector<CLI::Option*> dependents;
   const auto add = [&](const char* name, auto& value, const char* help, const char* type) {
@@ -98,7 +130,9 @@ void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
       ->check(CLI::Range(1e-6, 1e3))
       ->capture_default_str();
   CLI::Option* model = add("--imu-model", a.imu_model, "Adds a systematic error, to degrade an ideal orientation",
-                           "ideal|bno055|AX,AY,AZ");
+                           "ideal|bno055|AX,AY,AZ|FILE.toml");
+  add("--sensor-model", a.sensor_model, "Takes the sensor's uncertainty from a file of `plumbline characterise`",
+      "FILE.toml");
   add("--imu-seed", a.imu_seed, "Of that error", "N")->needs(model)->capture_default_str();
   command.parse_complete_callback([&command, file, dependents] {
     const CLI::Option* sensor = command.get_option_no_throw("--imu");
@@ -127,9 +161,19 @@ std::optional<OrientationStream> load_orientation(const OrientationArguments& a,
   if (std::error_code error; !std::filesystem::exists(a.path, error))
     throw UsageError("there is no such file", "--orientation " + a.path,
                      "Give a file with lines t qx qy qz qw, or in TUM's or EuRoC's format.");
-  std::vector<OrientationSample> samples = read_orientations(a.path, declared, notes, &options.convention);
+  std::vector<OrientationSample> samples = is_imu_file(a.path)
+                                               ? filtered(a, &options, notes)
+                                               : read_orientations(a.path, declared, notes, &options.convention);
+  if (!options.convention.has_heading && notes != nullptr)
+    notes->emplace_back("tilt only: the heading is left to the tracking");
   note_error_model(model, notes);
   return OrientationStream(with_error(model, std::move(samples)), options);
+}
+
+void apply_sensor_model(const OrientationArguments& a, OrientationParameters* parameters) {
+  if (a.sensor_model.empty()) return;
+  const Eigen::Matrix3d degrees2 = read_sensor_model(a.sensor_model).covariance / (kDegree * kDegree);
+  parameters->covariance.assign(degrees2.data(), degrees2.data() + 9);
 }
 
 std::string describe(const OrientationArguments& a) {

@@ -16,7 +16,7 @@ class App;
 namespace plumbline::app {
 
 struct OrientationArguments {
-  std::string path, calibration, quaternion, orientation_of, earth, mounting, imu_model;
+  std::string path, calibration, quaternion, orientation_of, earth, mounting, imu_model, sensor_model;
   std::optional<double> offset;                         // seconds
   double max_gap = OrientationStreamOptions{}.max_gap;  // seconds
   std::uint64_t imu_seed = 1;
@@ -29,6 +29,9 @@ void add_orientation_arguments(CLI::App& command, OrientationArguments& argument
 /// their option's form and a file that does not exist, Error for one that holds no orientations.
 std::optional<OrientationStream> load_orientation(const OrientationArguments& arguments,
                                                   std::vector<std::string>* notes = nullptr);
+
+/// The anchor's covariance of --sensor-model, if there is one. Throws Error for a file that is none.
+void apply_sensor_model(const OrientationArguments& arguments, OrientationParameters* parameters);
 
 /// How a sensor's readings are to be taken, whether they come from a file or from the sensor itself. Throws UsageError.
 OrientationStreamOptions stream_options(const OrientationArguments& arguments);

@@ -83,7 +83,9 @@ class Runner {
     backend_ = make_backend(options_.backend, options_.threads);
     run_.backend = backend_->description();
     run_.orientation = options_.orientation_source;
-    if (const auto orientation = source_->orientation()) check_.emplace(*orientation);
+    // Turns of a sensor without heading cannot be compared with the camera's.
+    if (const auto orientation = source_->orientation(); orientation && orientation->convention.has_heading)
+      check_.emplace(*orientation);
     load_groundtruth();
     ensure_directory(options_.output);
     make_pipeline();
@@ -164,14 +166,14 @@ class Runner {
     if (lost != was_lost)
       progress.note(lost ? fmt::format("frame {} lost: {}", report.index, to_string(report.tracking.reason))
                          : fmt::format("frame {} tracked again", report.index));
-    if (check_) note_orientation(report, progress);
+    if (reading_) note_orientation(report, progress);
     if (const auto live = source_->live()) progress.add_text(fmt::format("  {} dropped", live->dropped));
     progress.update(static_cast<int>(run_.frames.size()), run_.tracked(), run_.lost());
     write_diagnostics(report, diagnostics, progress);
   }
 
   void note_orientation(const FrameReport& report, Progress& progress) {
-    if (const std::optional<std::string> message = check_->observe(report, *reading_)) {
+    if (const auto message = check_ ? check_->observe(report, *reading_) : std::nullopt) {
       run_.orientation_message = *message;
       progress.note(*message);
     }

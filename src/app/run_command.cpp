@@ -13,6 +13,7 @@
 #include "app/reconstruction.h"
 #include "app/sequence_arguments.h"
 #include "core/config.h"
+#include "tracking/orientation_guide.h"
 
 namespace plumbline::app {
 namespace {
@@ -37,6 +38,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   options.output = arguments.output;
   options.input = sequence_options(arguments.sequence);
   options.parameters = effective_parameters(arguments.parameters);
+  apply_sensor_model(arguments.orientation, &options.parameters.orientation);
   options.backend = arguments.backend;
   options.threads = arguments.threads;
   options.max_frames = arguments.max_frames;
@@ -83,6 +85,8 @@ int run(const RunArguments& arguments) {
     if (arguments.capture.imu != "none")
       throw UsageError("a sensor is read in live runs alone", "--imu", "Run live:, or give --orientation FILE.");
     options.orientation = load_orientation(arguments.orientation, &options.orientation_notes);
+    if (options.orientation && !options.orientation->options().convention.has_heading)
+      options.parameters.orientation.heading_sigma = kNoHeadingSigma;
     options.orientation_source = describe(arguments.orientation);
   }
   const Reconstruction result = reconstruct(options);

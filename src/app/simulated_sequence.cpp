@@ -11,6 +11,7 @@
 #include "io/atomic_file.h"
 #include "io/imu_file.h"
 #include "io/mesh.h"
+#include "io/orientation_file.h"
 #include "io/png.h"
 #include "io/trajectory.h"
 
@@ -38,16 +39,10 @@ std::string image_list(const char* folder, const Trajectory& poses) {
   return list;
 }
 
-std::string orientation_text(const std::vector<sim::InertialSample>& samples) {
-  std::string text = "# earth_from_body, earth axes east north up\n# timestamp qx qy qz qw\n";
-  Eigen::Quaterniond before = Eigen::Quaterniond::Identity();
-  for (const sim::InertialSample& s : samples) {
-    Eigen::Quaterniond q(s.earth_from_body);
-    if (q.dot(before) < 0) q.coeffs() = -q.coeffs();  // the signs of one rotation's two quaternions follow one another
-    before = q;
-    text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f}\n", format_seconds(s.time, 9), q.x(), q.y(), q.z(), q.w());
-  }
-  return text;
+std::vector<OrientationSample> orientations(const std::vector<sim::InertialSample>& samples) {
+  std::vector<OrientationSample> list;
+  for (const sim::InertialSample& s : samples) list.push_back({s.time, s.earth_from_body});
+  return list;
 }
 
 ImuRecording imu_recording(const std::vector<sim::InertialSample>& samples) {
@@ -179,7 +174,7 @@ double write_simulated_sequence(const std::string& path, const Mesh& mesh, const
   write_tum_trajectory((folder / "groundtruth.txt").string(), poses);
   const std::vector<sim::InertialSample> samples =
       sim::simulate_sensor(sequence.world_from_camera, sequence.duration, sequence.start, sequence.sensor);
-  write_text(folder / "orientation.txt", orientation_text(samples));
+  write_orientations((folder / "orientation.txt").string(), orientations(samples));
   write_imu((folder / "imu.csv").string(), imu_recording(samples));
   write_ply((folder / "scene.ply").string(), mesh);
   write_text(folder / "scene.toml", scene_toml(sequence));

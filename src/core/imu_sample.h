@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/frame.h"
 #include "core/time.h"
 
 namespace plumbline {
@@ -23,6 +24,10 @@ struct ImuRecording {
   std::vector<ImuSample> samples;
   bool has_gyroscope = true;
   bool has_magnetometer = false;
+  /// Orientations of an optical system where the file has them, earth_from_body; only those that are to be evaluated.
+  std::vector<OrientationSample> reference = {};
+  /// The body axes are those of the Kinect's own accelerometer (TUM's `accelerometer.txt`).
+  bool kinect_axes = false;
 };
 
 }  // namespace plumbline

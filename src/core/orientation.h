@@ -25,6 +25,7 @@ struct OrientationConvention {
   std::optional<QuaternionOrder> quaternion = {};  ///< empty: by the file's format, xyzw where there is none
   OrientationOf orientation_of = OrientationOf::body_to_world;
   EarthAxes earth = EarthAxes::enu;
+  bool has_heading = true;  ///< false: only the tilt is measured, and a turn about the vertical means nothing
 };
 
 /// earth_from_axes.

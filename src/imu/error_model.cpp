@@ -20,29 +20,35 @@ constexpr std::uint64_t kHarmonicsStream = 301;
 
 }  // namespace
 
-SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) : harmonics_(harmonics) {
+double PeriodicError::at(double angle) const { return constant + periodic(coefficients.data(), harmonics(), angle); }
+
+SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) {
   if (harmonics < 1 || harmonics > 100 || !(amplitude.minCoeff() >= 0) || !amplitude.allFinite())
     throw Error("the systematic error is out of range", kWhere, "give amplitudes from 0 and 1 to 100 harmonics");
   for (int axis = 0; axis < 3; ++axis) {
     Random random(stream(stream(seed, kHarmonicsStream), static_cast<std::uint64_t>(axis)));
+    std::vector<double>& coefficients = axes_[static_cast<std::size_t>(axis)].coefficients;
     for (int k = 1; k <= harmonics; ++k) {
-      coefficients_.push_back(random.normal() / k);
-      coefficients_.push_back(random.normal() / k);
+      coefficients.push_back(random.normal() / k);
+      coefficients.push_back(random.normal() / k);
     }
     constexpr int kGrid = 720;
     double largest = 0;
     for (int i = 0; i < kGrid; ++i) largest = std::max(largest, std::abs(about(axis, 2 * kPi * i / kGrid)));
-    for (auto c = coefficients_.end() - 2 * harmonics; c != coefficients_.end(); ++c)
-      *c = *c * amplitude[axis] / largest;
+    for (double& c : coefficients) c = c * amplitude[axis] / largest;
   }
 }
 
-double SystematicError::about(int axis, double angle) const {
-  return periodic(coefficients_.data() + 2 * harmonics_ * axis, harmonics_, angle);
-}
+double SystematicError::about(int axis, double angle) const { return axes_[static_cast<std::size_t>(axis)].at(angle); }
 
 Vector3d SystematicError::at(const Matrix3d& earth_from_body) const {
-  return periodic_error(coefficients_.data(), harmonics_, Eigen::Quaterniond(earth_from_body));
+  const Eigen::Quaterniond q(earth_from_body);
+  Vector3d error;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Twist<double> twist = twist_about(q, axis);
+    error[axis] = twist.weight * about(axis, twist.angle);
+  }
+  return error;
 }
 
 OrientationErrorModel error_model(std::string_view name) {
@@ -53,7 +59,8 @@ OrientationErrorModel error_model(std::string_view name) {
 }
 
 std::vector<OrientationSample> with_error(const OrientationErrorModel& model, std::vector<OrientationSample> samples) {
-  const SystematicError error(model.amplitude, model.harmonics, model.seed);
+  const SystematicError error =
+      model.measured ? SystematicError(*model.measured) : SystematicError(model.amplitude, model.harmonics, model.seed);
   for (OrientationSample& sample : samples)
     sample.earth_from_body = so3::exp(error.at(sample.earth_from_body)) * sample.earth_from_body;
   return samples;

@@ -39,6 +39,13 @@ std::string list(const std::vector<ColumnName>& names) {
   return text;
 }
 
+char quaternion_component(std::string_view name) {
+  if (name.size() < 2 || name.back() < 'w' || name.back() > 'z') return 0;
+  std::string_view stem = name.substr(0, name.size() - 1);
+  while (!stem.empty() && (stem.back() == '_' || stem.back() == '.' || stem.back() == '/')) stem.remove_suffix(1);
+  return stem.starts_with('q') || stem.ends_with("orientation") ? name.back() : '\0';
+}
+
 std::string_view first_field(const TextLine& line) {
   const auto fields = split_fields(line.text, true);
   return fields.empty() ? std::string_view() : fields.front();

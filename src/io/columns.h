@@ -20,6 +20,9 @@ std::vector<ColumnName> column_names(std::string_view head);
 /// "timestamp, gyro_x, …" for messages.
 std::string list(const std::vector<ColumnName>& names);
 
+/// 'w', 'x', 'y' or 'z' if the name is that of a quaternion's component, else 0.
+char quaternion_component(std::string_view name);
+
 /// The text before the first blank or comma.
 std::string_view first_field(const TextLine& line);
 

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/orientation.h"
 #include "io/atomic_file.h"
 #include "io/columns.h"
 #include "io/stamped_lines.h"
@@ -34,6 +35,7 @@ struct Layout {
     double factor = 1;
   };
   std::array<std::optional<Triple>, kSensors> sensors;
+  std::optional<std::size_t> reference;  ///< a quaternion w x y z of an optical system, and whether it counts
 };
 
 struct Unit {
@@ -144,11 +146,16 @@ int guess_stamp_decimals(const std::vector<TextLine>& rows, std::size_t column) 
   return 9;
 }
 
+bool is_broad(const Table& table, const Layout& layout) {
+  return table.head.starts_with("BROAD") && layout.fields == 15;
+}
+
 Layout find_layout(const TextFile& file, const Table& table, std::vector<std::string>* notes) {
   Layout layout;
   layout.fields = table_fields(table.rows.front().text).size();
   const std::vector<ColumnName> names = column_names(table.head);
-  const bool broad = table.head.starts_with("BROAD") && layout.fields == 15;
+  const bool broad = is_broad(table, layout);
+  if (broad) layout.reference = 10;
   const bool named = !broad && names.size() == layout.fields && columns_by_name(names, file, &layout);
   if (named && !layout.sensors[kAccelerometer])
     throw Error(fmt::format("has no accelerometer among the columns {}", list(names)), file.path(), kAdvice);
@@ -219,6 +226,23 @@ ImuSample parse_sample(const TextFile& file, const TextLine& line, const std::ve
   return sample;
 }
 
+/// The optical orientation of a line, where it is to be evaluated and the markers were seen.
+std::optional<OrientationSample> parse_reference(const TextFile& file, const TextLine& line,
+                                                 const std::vector<std::string_view>& fields, const Layout& layout,
+                                                 Nanoseconds time) {
+  if (!layout.reference) return std::nullopt;
+  std::array<double, 5> numbers{};  // w x y z, movement
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::string_view field = fields[*layout.reference + i];
+    const auto value = parse_double(field);
+    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kAdvice);
+    numbers[i] = *value;
+  }
+  const Eigen::Vector4d quaternion(numbers[0], numbers[1], numbers[2], numbers[3]);
+  if (numbers[4] == 0 || !(std::abs(quaternion.norm() - 1) <= kUnitTolerance)) return std::nullopt;
+  return OrientationSample{time, decode_orientation(quaternion, {QuaternionOrder::wxyz})};
+}
+
 /// At rest a sensor feels 9.8 m/s²; half of the time a hand-held one feels little else.
 void check_force(const std::vector<ImuSample>& samples, std::vector<std::string>* notes) {
   std::vector<double> norms;
@@ -243,6 +267,7 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
 
   ImuRecording recording;
   recording.has_gyroscope = layout.sensors[kGyroscope].has_value();
+  recording.kinect_axes = layout.fields == 4 && table.head == "timestamp ax ay az";  // so TUM's files call them
   recording.samples.reserve(table.rows.size());
   std::size_t not_finite = 0;
   for (const TextLine& line : table.rows) {
@@ -252,6 +277,8 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
       const bool finite = sample.angular_rate.allFinite() && sample.specific_force.allFinite();
       if (finite) recording.samples.push_back(sample);
       not_finite += finite ? 0 : 1;
+      if (const auto reference = parse_reference(file, line, fields, layout, sample.time))
+        recording.reference.push_back(*reference);
     } catch (const Error&) {
       if (!is_half_written(line, fields.size() < layout.fields)) throw;
       note_half_written(notes, line);
@@ -264,8 +291,26 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
   recording.has_magnetometer = std::any_of(recording.samples.begin(), recording.samples.end(),
                                            [](const ImuSample& s) { return s.magnetic_field.has_value(); });
   sort_and_thin(&recording.samples, "samples", notes);
+  sort_and_thin(&recording.reference, "reference orientations", notes);
   check_force(recording.samples, notes);
   return recording;
+}
+
+bool is_imu_file(const std::string& path) {
+  const TextFile file(path);
+  const Table table = read_table(file);
+  if (table.rows.empty()) return false;
+  Layout layout;
+  layout.fields = table_fields(table.rows.front().text).size();
+  if (is_broad(table, layout)) return true;
+  const std::vector<ColumnName> names = column_names(table.head);
+  if (names.size() != layout.fields) return false;
+  const auto count = [&](auto&& is_one) { return std::count_if(names.begin(), names.end(), is_one); };
+  return count([](const ColumnName& column) { return quaternion_component(column.name) != 0; }) == 0 &&
+         count([](const ColumnName& column) {
+           const auto component = component_of(column.name);
+           return component && component->first == kAccelerometer;
+         }) >= 3;
 }
 
 void write_imu(const std::string& path, const ImuRecording& recording) {

@@ -16,7 +16,8 @@ namespace plumbline {
 ///     #timestamp [ns],w_RS_S_x [rad s^-1],…,a_RS_S_z [m s^-2]  EuRoC's and TUM VI's imu0/data.csv
 ///     t,gx,gy,gz,ax,ay,az                                      FMDataset's imu file, milliseconds
 ///     # timestamp ax ay az                                     TUM RGB-D's accelerometer.txt, seconds
-///     # BROAD … with 15 columns                                a trial of BROAD (Laidig et al. 2021) as csv
+///     # BROAD … with 15 columns                                a trial of BROAD (Laidig et al. 2021) as csv, with its
+///                                                              reference where the column `movement` is 1
 ///
 /// Units in square brackets count (s, ms, us, ns; rad/s, deg/s; m/s^2, g; uT, mT, T, G); without them rad/s, m/s² and
 /// µT are taken, and the unit of the stamps follows from their interval: a sensor has 10 to 10000 readings a second.
@@ -27,6 +28,10 @@ namespace plumbline {
 /// Error with file and line for lines that are not of the form, for a file without samples, for one without an
 /// accelerometer, for unknown units, and where more than half of the samples are left out.
 ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes = nullptr);
+
+/// Whether the columns, by their names, are those of raw readings with an accelerometer, and without an orientation.
+/// Throws Error if the file cannot be read.
+bool is_imu_file(const std::string& path);
 
 /// Writes the first of these forms, with columns for the sensors that the recording has, so that samples read back to
 /// nine digits; an empty magnetic field is three empty fields. Throws Error if the file cannot be written whole.

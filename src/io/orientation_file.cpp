@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "io/atomic_file.h"
 #include "io/columns.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
@@ -18,6 +19,8 @@ namespace {
 
 constexpr const char* kAdvice =
     "write each orientation as: t qx qy qz qw (seconds, unit quaternion), or give a file in TUM's or EuRoC's format";
+
+constexpr std::string_view kTiltOnly = "tilt only";
 
 /// Where in a line the quaternion stands.
 struct Columns {
@@ -31,19 +34,11 @@ struct Layout {
   Columns columns;
 };
 
-/// 'w', 'x', 'y' or 'z' if the name is that of a quaternion's component, else 0.
-char component_of(std::string_view name) {
-  if (name.size() < 2 || name.back() < 'w' || name.back() > 'z') return 0;
-  std::string_view stem = name.substr(0, name.size() - 1);
-  while (!stem.empty() && (stem.back() == '_' || stem.back() == '.' || stem.back() == '/')) stem.remove_suffix(1);
-  return stem.starts_with('q') || stem.ends_with("orientation") ? name.back() : '\0';
-}
-
 std::optional<Columns> columns_by_name(const std::vector<ColumnName>& names) {
   Columns columns;
   std::string components;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const char component = component_of(names[i].name);
+    const char component = quaternion_component(names[i].name);
     if (component == 0) continue;
     if (components.size() < 4) columns.quaternion[components.size()] = i;
     components += component;
@@ -136,6 +131,7 @@ std::vector<OrientationSample> read_orientations(const std::string& path, const 
   const Layout layout = find_layout(file, table);
   OrientationConvention convention = declared;
   convention.quaternion = declared.quaternion.value_or(layout.columns.order);
+  convention.has_heading = declared.has_heading && table.head.find(kTiltOnly) == std::string_view::npos;
   if (used != nullptr) *used = convention;
 
   std::vector<OrientationSample> samples;
@@ -162,6 +158,22 @@ std::vector<OrientationSample> read_orientations(const std::string& path, const 
   if (samples.empty()) throw Error("has no orientations", path, kAdvice);
   sort_and_thin(&samples, "orientations", notes);
   return samples;
+}
+
+void write_orientations(const std::string& path, const std::vector<OrientationSample>& samples, bool has_heading) {
+  std::string text = "# earth_from_body, earth axes east north up\n# timestamp qx qy qz qw";
+  if (!has_heading) text += fmt::format(" ({}: the heading means nothing)", kTiltOnly);
+  text += '\n';
+  Eigen::Quaterniond before = Eigen::Quaterniond::Identity();
+  for (const OrientationSample& s : samples) {
+    Eigen::Quaterniond q(s.earth_from_body);
+    if (q.dot(before) < 0) q.coeffs() = -q.coeffs();  // the signs of one rotation's two quaternions follow one another
+    before = q;
+    text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f}\n", format_seconds(s.time, 9), q.x(), q.y(), q.z(), q.w());
+  }
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
 }
 
 }  // namespace plumbline

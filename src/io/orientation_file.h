@@ -20,7 +20,7 @@ namespace plumbline {
 ///
 /// Stamps are nanoseconds where the heading says [ns] or a whole number is too great for seconds.
 /// `convention.quaternion` overrides the order that the format suggests; `used`, where given, gets the convention with
-/// the order that was read.
+/// the order that was read, and without heading if the comment says "tilt only".
 ///
 /// Quaternions within 0.01 of unit length are normalised; others, and those that are not finite, are left out with a
 /// note. Unsorted orientations are sorted, of doubled stamps the first is kept, a half-written last line is left out;
@@ -29,5 +29,10 @@ namespace plumbline {
 std::vector<OrientationSample> read_orientations(const std::string& path, const OrientationConvention& convention,
                                                  std::vector<std::string>* notes = nullptr,
                                                  OrientationConvention* used = nullptr);
+
+/// Writes `t qx qy qz qw`, earth_from_body in east north up, stamps with nine decimals. `has_heading` as in
+/// OrientationConvention. Throws Error if the file cannot be written whole.
+void write_orientations(const std::string& path, const std::vector<OrientationSample>& samples,
+                        bool has_heading = true);
 
 }  // namespace plumbline

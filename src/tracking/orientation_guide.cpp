@@ -1,6 +1,7 @@
 #include "tracking/orientation_guide.h"
 
-#include <numbers>
+#include <Eigen/Geometry>
+#include <algorithm>
 
 namespace plumbline {
 namespace {
@@ -11,10 +12,16 @@ constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 // periods of a sensor's systematic error.
 constexpr std::size_t kSpanFrames = 10;
 constexpr std::size_t kShortestSpan = 4;
-constexpr double kDecay = 0.95;               // the last twenty spans count
-constexpr double kFewestSpans = 3;            // before these there is no judgement
-constexpr double kFloor = kRadiansPerDegree;  // what tracker and a good sensor disagree by over a span
-constexpr double kRegain = 0.5;               // of the limit: trust comes back later than it goes
+constexpr double kDecay = 0.95;     // the last twenty spans count
+constexpr double kFewestSpans = 3;  // before these there is no judgement
+constexpr double kRegain = 0.5;     // of the limit: trust comes back later than it goes
+
+/// The tilt of an orientation alone: the turn about a horizontal axis that brings up, as it is in the world, where it
+/// is in the camera.
+Eigen::Matrix3d tilt_of(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& earth_from_world) {
+  const Eigen::Vector3d up_in_camera = earth_from_camera.row(2), up_in_world = earth_from_world.row(2);
+  return Eigen::Quaterniond::FromTwoVectors(up_in_camera, up_in_world).toRotationMatrix();
+}
 
 }  // namespace
 
@@ -48,12 +55,18 @@ void OrientationMonitor::observe(const Eigen::Matrix3d& earth_from_camera, const
   turned_ = kDecay * turned_ + turned * turned;
   count_ = kDecay * count_ + 1;
   if (count_ < kFewestSpans) return;
-  const double limit = distrust_ * turned_ + kFloor * kFloor * count_;
+  const double limit = distrust_ * turned_ + floor_ * floor_ * count_;
   trusted_ = missed_ <= (trusted_ ? limit : kRegain * limit);
 }
 
 OrientationGuide::OrientationGuide(const OrientationParameters& parameters)
-    : parameters_(parameters), monitor_(parameters.distrust) {}
+    : parameters_(parameters),
+      // An accelerometer takes the hand's acceleration for tilt: it may err by its own sigma from span to span.
+      monitor_(parameters.distrust, has_heading(parameters) ? OrientationMonitor::kFloor
+                                                            : std::max(OrientationMonitor::kFloor,
+                                                                       kRadiansPerDegree * parameters.tilt_sigma)) {}
+
+bool has_heading(const OrientationParameters& parameters) { return parameters.heading_sigma < kNoHeadingSigma; }
 
 bool uses_sensor(const OrientationParameters& parameters) {
   return parameters.seed != OrientationSeed::none || parameters.term != OrientationTerm::none;
@@ -67,6 +80,7 @@ OrientationUse OrientationGuide::use(const std::optional<Eigen::Matrix3d>& earth
 }
 
 SE3 OrientationGuide::seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const {
+  if (!has_heading(parameters_)) return last;
   switch (parameters_.seed) {
     case OrientationSeed::none:
       return last;
@@ -86,6 +100,8 @@ std::unique_ptr<Prior> OrientationGuide::term(const Eigen::Matrix3d& earth_from_
     case OrientationTerm::damping:
       return std::make_unique<RotationDamping>(parameters_.schedule, parameters_.lambda);
     case OrientationTerm::anchor:
+      if (!has_heading(parameters_))
+        return std::make_unique<TiltAnchor>(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
       return std::make_unique<OrientationAnchor>(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
   }
   return nullptr;
@@ -95,13 +111,22 @@ void OrientationGuide::observe(const SE3& world_from_camera, const std::optional
                                const std::optional<Eigen::Matrix3d>& witness) {
   last_.reset();
   if (!is_on() || !earth_from_camera) return;
-  if (witness) monitor_.observe(*earth_from_camera, *witness);
+  if (witness) judge(*earth_from_camera, *witness);
   if (!monitor_.trusted()) {
-    earth_from_world_.reset();  // tied anew when trust comes back
+    if (has_heading(parameters_)) earth_from_world_.reset();  // tied anew when trust comes back
     return;
   }
   last_ = Reference{world_from_camera.rotation(), *earth_from_camera};
   if (!earth_from_world_) earth_from_world_ = *earth_from_camera * world_from_camera.rotation().transpose();
+}
+
+void OrientationGuide::judge(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& world_from_camera) {
+  if (has_heading(parameters_)) {
+    monitor_.observe(earth_from_camera, world_from_camera);
+  } else if (earth_from_world_) {  // which says where up is in the world
+    monitor_.observe(tilt_of(earth_from_camera, *earth_from_world_),
+                     tilt_of(*earth_from_world_ * world_from_camera, *earth_from_world_));
+  }
 }
 
 }  // namespace plumbline

@@ -6,6 +6,7 @@
 
 #include <deque>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -31,9 +32,12 @@ std::string_view to_string(OrientationUse use);
 /// convention, mounting or clock much.
 class OrientationMonitor {
  public:
-  explicit OrientationMonitor(double distrust) : distrust_(distrust) {}
+  /// `floor`: radians, what tracker and a good sensor disagree by over a span.
+  explicit OrientationMonitor(double distrust, double floor = kFloor) : distrust_(distrust), floor_(floor) {}
   void observe(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& world_from_camera);
   bool trusted() const { return trusted_; }
+
+  static constexpr double kFloor = std::numbers::pi / 180;
 
  private:
   struct Pair {
@@ -41,9 +45,14 @@ class OrientationMonitor {
   };
   std::deque<Pair> history_;
   double missed_ = 0, turned_ = 0, count_ = 0;  ///< decaying sums: squared angles (radians²), spans
-  double distrust_;
+  double distrust_, floor_;
   bool trusted_ = true;
 };
+
+/// An `orientation.heading_sigma` of so many degrees or more is infinite: the sensor measures the tilt only, as an
+/// accelerometer does. Its readings' headings are then used nowhere.
+constexpr double kNoHeadingSigma = 1e4;
+bool has_heading(const OrientationParameters& parameters);
 
 /// Whether any part of the registration asks for a sensor.
 bool uses_sensor(const OrientationParameters& parameters);
@@ -56,7 +65,7 @@ class OrientationGuide {
   OrientationUse use(const std::optional<Eigen::Matrix3d>& earth_from_camera) const;
 
   /// Initial guess of a frame: the position of `last`, and the rotation that the parameters ask for (METHOD.md §2 and
-  /// §6.3). The reading must be usable (`use` says so).
+  /// §6.3); `last` itself for a sensor without heading. The reading must be usable (`use` says so).
   SE3 seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const;
 
   /// The term that the parameters ask for, or null.
@@ -71,6 +80,8 @@ class OrientationGuide {
   bool is_judged() const { return parameters_.distrust > 0; }  ///< whether the sensor can lose trust
 
  private:
+  void judge(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& world_from_camera);
+
   struct Reference {
     Eigen::Matrix3d world_from_camera, earth_from_camera;
   };

@@ -58,6 +58,23 @@ NormalEquations OrientationAnchor::evaluate(const SE3& world_from_camera, const 
   return term;
 }
 
+TiltAnchor::TiltAnchor(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& earth_from_world,
+                       const Eigen::Matrix3d& covariance)
+    : up_in_camera_(earth_from_camera.row(2)), earth_from_world_(earth_from_world) {
+  information_.topLeftCorner<2, 2>() = covariance.topLeftCorner<2, 2>().inverse();
+}
+
+NormalEquations TiltAnchor::evaluate(const SE3& world_from_camera, const Association& /*found*/) const {
+  // exp(ω) on the left of the rotation moves u by (E_R_W ω) × u.
+  const Eigen::Vector3d up = earth_from_world_ * (world_from_camera.rotation() * up_in_camera_),
+                        residual = Eigen::Vector3d::UnitZ().cross(up);
+  const Eigen::Matrix3d jacobian = -hat(Eigen::Vector3d::UnitZ()) * hat(up) * earth_from_world_;
+  NormalEquations term;
+  term.h.topLeftCorner<3, 3>() = jacobian.transpose() * information_ * jacobian;
+  term.b.head<3>() = -jacobian.transpose() * information_ * residual;
+  return term;
+}
+
 Eigen::Matrix3d anchor_covariance(const OrientationParameters& parameters) {
   constexpr double kRadiansPerDegree = std::numbers::pi / 180;
   if (!parameters.covariance.empty())

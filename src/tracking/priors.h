@@ -75,6 +75,22 @@ class OrientationAnchor final : public Prior {
   Eigen::Matrix3d earth_from_camera_, earth_from_world_, information_;
 };
 
+/// The tilt of a sensor without heading: residual z × u, u being where the estimate has what the sensor calls up. In
+/// earth axes, radians for small tilts; about the vertical nothing is held (METHOD.md §6.4 with an infinite heading
+/// variance). What heading the reading has does not matter.
+class TiltAnchor final : public Prior {
+ public:
+  /// `covariance`: radians², earth axes; its horizontal part counts.
+  TiltAnchor(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& earth_from_world,
+             const Eigen::Matrix3d& covariance);
+  NormalEquations evaluate(const SE3& world_from_camera, const Association& found) const override;
+
+ private:
+  Eigen::Vector3d up_in_camera_;
+  Eigen::Matrix3d earth_from_world_;
+  Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
+};
+
 /// The covariance of the parameters, radians², earth axes (east, north, up).
 Eigen::Matrix3d anchor_covariance(const OrientationParameters& parameters);
 

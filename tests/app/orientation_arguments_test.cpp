@@ -119,9 +119,9 @@ TEST_F(OrientationOptions, ABadCalibrationIsToldWithItsLine) {
 }
 
 TEST_F(OrientationOptions, AloneAreMistakes) {
-  for (const char* option :
-       {"--quaternion=xyzw", "--orientation-of=world-to-body", "--earth=ned", "--orientation-offset=1",
-        "--orientation-calibration=m.toml", "--mounting=0 0 0 1", "--orientation-max-gap=1", "--imu-model=ideal"}) {
+  for (const char* option : {"--quaternion=xyzw", "--orientation-of=world-to-body", "--earth=ned",
+                             "--orientation-offset=1", "--orientation-calibration=m.toml", "--sensor-model=s.toml",
+                             "--mounting=0 0 0 1", "--orientation-max-gap=1", "--imu-model=ideal"}) {
     try {
       load({option});
       ADD_FAILURE() << option;

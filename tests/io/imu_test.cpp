@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/se3.h"
 #include "support/data.h"
 #include "temp_folder.h"
 
@@ -168,6 +169,31 @@ TEST(Imu, RefusesWhatIsNoImuFile) {
   EXPECT_THAT(error_of([] { read_from_text("0,nan,0,0\n1,nan,0,0\n2,0,0,9.8\n"); }), HasSubstr("2 of 3 samples"));
 }
 
+TEST(Imu, KeepsBroadsReferenceWhereItCounts) {
+  const ImuRecording r = read_from_text(
+      "# BROAD, CC BY 4.0. t[s], gyr[rad/s] xyz, acc[m/s^2] xyz, mag[uT] xyz, reference quaternion w x y z (sensor to "
+      "ENU), movement(0/1)\n0,1,2,3,4,5,6,7,8,9,1,0,0,0,0\n0.01,1,2,3,4,5,6,7,8,9,0.6,0,0,0.8,1\n"
+      "0.02,1,2,3,4,5,6,7,8,9,nan,nan,nan,nan,1\n");
+  EXPECT_EQ(r.samples.size(), 3U);
+  ASSERT_EQ(r.reference.size(), 1U);
+  EXPECT_EQ(r.reference[0].time, 10'000'000);
+  EXPECT_NEAR(so3::log(r.reference[0].earth_from_body).z(), 2 * std::atan2(0.8, 0.6), 1e-9);
+}
+
+TEST(Imu, KnowsItsFilesFromOrientations) {
+  const TempFolder folder;
+  const auto is_imu = [&](std::string_view text) {
+    write_text(folder / "a.txt", text);
+    return is_imu_file(folder / "a.txt");
+  };
+  EXPECT_TRUE(is_imu("# timestamp ax ay az\n0 0 0 9.8\n"));
+  EXPECT_TRUE(is_imu("t,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n0,0,0,0,0,0,9.8\n"));
+  EXPECT_FALSE(is_imu("# timestamp qx qy qz qw\n0 0 0 0 1\n"));
+  EXPECT_FALSE(is_imu("t,qx,qy,qz,qw,acc_x,acc_y,acc_z\n0,0,0,0,1,0,0,9.8\n"));  // a chip's own fusion
+  EXPECT_FALSE(is_imu("0 0 0 0 1\n"));
+  EXPECT_FALSE(is_imu(""));
+}
+
 TEST(Imu, UnpacksGzip) {
   const TempFolder folder;
   const std::string text = "0 0 0 9.8\n0.01 0 0 9.8\n";
@@ -209,6 +235,7 @@ TEST(Imu, ReadsTumRecordings) {
   const ImuRecording r = read_imu((folder / "accelerometer.txt").string(), &notes);
   EXPECT_FALSE(r.has_gyroscope);
   EXPECT_FALSE(r.has_magnetometer);
+  EXPECT_TRUE(r.kinect_axes);
   EXPECT_EQ(r.samples[0].time, 1305031098382263000);
   EXPECT_EQ(r.samples[0].specific_force, Vector3d(-0.478957, 8.010560, -4.166928));
   EXPECT_GT(r.samples.size(), 10000U);

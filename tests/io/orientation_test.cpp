@@ -53,6 +53,20 @@ TEST(Orientations, ReadsFiveColumns) {
   expect_turn(read_from_text("12 0.8 0.6 0 0\n", {QuaternionOrder::wxyz}));
 }
 
+TEST(Orientations, WrittenAreReadBackWithOrWithoutHeading) {
+  const TempFolder folder;
+  const std::vector<OrientationSample> samples = {{0, so3::exp({0.1, 0.2, 0.3})}, {1'000'000, so3::exp({0.2, 0, 0})}};
+  for (const bool has_heading : {true, false}) {
+    write_orientations(folder / "o.txt", samples, has_heading);
+    OrientationConvention used;
+    const auto back = read_orientations(folder / "o.txt", {}, nullptr, &used);
+    EXPECT_EQ(used.has_heading, has_heading);
+    ASSERT_EQ(back.size(), 2U);
+    EXPECT_EQ(back[1].time, 1'000'000);
+    EXPECT_TRUE(back[0].earth_from_body.isApprox(samples[0].earth_from_body, 1e-8));
+  }
+}
+
 TEST(Orientations, ReadsATrajectory) {
   expect_turn(read_from_text("12.5 1 2 3 0.6 0 0 0.8\n"));
   expect_turn(read_from_text("# timestamp tx ty tz qx qy qz qw\n12.5 1 2 3 0.6 0 0 0.8\n"));

@@ -126,5 +126,55 @@ TEST(OrientationMonitor, ADistrustOfZeroAlwaysTrusts) {
   EXPECT_TRUE(monitor.trusted());
 }
 
+// ---- a sensor without heading ---------------------------------------------------------------------------------------
+
+OrientationParameters tilt_only() {
+  OrientationParameters p = parameters(OrientationSeed::relative, OrientationTerm::anchor);
+  p.heading_sigma = kNoHeadingSigma;
+  return p;
+}
+
+/// Frames out of 300 in which a guide used the readings.
+template <class Reading>
+int used_frames(const OrientationParameters& p, const Reading& reading) {
+  OrientationGuide guide(p);
+  const Eigen::Matrix3d earth_from_world = so3::exp({1.4, 0.3, 0.2});
+  int used = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Matrix3d read = reading(i, earth_from_world * hand(i));
+    const OrientationUse use = guide.use(read);
+    used += use == OrientationUse::used || use == OrientationUse::first;
+    guide.observe(SE3(hand(i), Eigen::Vector3d::Zero()), read, hand(i));
+  }
+  return used;
+}
+
+TEST(TiltOnly, AnyHeadingIsAsGood) {
+  const auto any_heading = [](int i, const Eigen::Matrix3d& truth) {
+    return Eigen::Matrix3d(so3::exp({0, 0, 0.3 * i}) * truth);
+  };
+  EXPECT_EQ(used_frames(tilt_only(), any_heading), 300);
+  OrientationParameters with_heading = tilt_only();
+  with_heading.heading_sigma = 10;
+  EXPECT_LT(used_frames(with_heading, any_heading), 100);
+}
+
+TEST(TiltOnly, AWrongTiltIsDistrusted) {
+  const auto inverse = [](int /*i*/, const Eigen::Matrix3d& truth) { return Eigen::Matrix3d(truth.transpose()); };
+  EXPECT_LT(used_frames(tilt_only(), inverse), 100);
+}
+
+TEST(TiltOnly, TheSeedIsTheCallersAndTheTermHoldsTheTilt) {
+  OrientationGuide guide(tilt_only());
+  EXPECT_FALSE(has_heading(tilt_only()));
+  guide.observe(SE3(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+  const SE3 last = test::Random(8).motion(0.3, 0.3);
+  const Eigen::Matrix3d reading = so3::exp({0.1, 0, 0.7});
+  expect_same(guide.seed(last, reading).rotation(), last.rotation());
+  const NormalEquations term = guide.term(reading)->evaluate(SE3(), {});
+  EXPECT_GT(term.b.norm(), 0);
+  EXPECT_NEAR(term.b[2], 0, 1e-9);
+}
+
 }  // namespace
 }  // namespace plumbline

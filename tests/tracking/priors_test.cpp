@@ -68,6 +68,35 @@ TEST(OrientationAnchor, HeadingIsAboutTheVertical) {
   EXPECT_NEAR(anchor_covariance(parameters)(2, 2), 16 * kRadiansPerDegree * kRadiansPerDegree, 1e-12);
 }
 
+TEST(TiltAnchor, JacobianIsTheNumericalOneAndTheHeadingIsFree) {
+  test::Random random(3);
+  for (int round = 0; round < 5; ++round) {
+    const Eigen::Matrix3d earth_from_world = random.motion(2, 0).rotation();
+    const SE3 pose = random.motion(1, 0.5);
+    const Eigen::Matrix3d reading =
+        random.motion((round == 0 ? 0.001 : 0.4), 0).rotation() * earth_from_world * pose.rotation();
+    Eigen::Matrix3d covariance = Eigen::Vector3d(0.01, 0.02, 1).asDiagonal();
+    covariance(0, 1) = covariance(1, 0) = 0.005;
+    const Eigen::Matrix2d information = covariance.topLeftCorner<2, 2>().inverse();
+    const auto cost = [&](const SE3& t) {
+      const Eigen::Vector3d up = earth_from_world * t.rotation() * reading.transpose().col(2);
+      const Eigen::Vector2d r(-up.y(), up.x());
+      return 0.5 * r.dot(information * r);
+    };
+    const TiltAnchor anchor(reading, earth_from_world, covariance);
+    expect_derivatives(anchor, pose, cost, round == 0 ? 1e-3 : 0.3);
+    // Neither the reading's heading nor the camera's matters.
+    const Eigen::Matrix3d about_up = so3::exp({0, 0, 2});
+    const TiltAnchor turned(about_up * reading, earth_from_world, covariance);
+    EXPECT_LT((turned.evaluate(pose, {}).b - anchor.evaluate(pose, {}).b).norm(), 1e-9);
+    Vector6d heading = Vector6d::Zero();
+    heading.head<3>() = earth_from_world.row(2);
+    if (round == 0) {
+      EXPECT_LT((anchor.evaluate(pose, {}).h * heading).norm(), 1e-3 * anchor.evaluate(pose, {}).h.norm());
+    }
+  }
+}
+
 TEST(TranslationPrior, JacobianIsTheNumericalOne) {
   const SE3 pose = test::Random(2).motion(1, 1);
   const Eigen::Vector3d previous = pose.translation() + Eigen::Vector3d(0.02, -0.01, 0.03);
