@@ -1,7 +1,6 @@
 // Bad input and bad surroundings, each with its message and exit code, and nothing lost that was there.
 #include <fcntl.h>
 #include <gmock/gmock.h>
-#include <sys/mount.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -14,6 +13,7 @@
 #include "io/mesh.h"
 #include "io/png.h"
 #include "io/trajectory.h"
+#include "support/small_disk.h"
 
 namespace plumbline::test {
 namespace {
@@ -275,27 +275,8 @@ TEST_F(BadInput, AFileSizeLimitLeavesTheOldMeshWhole) {
   EXPECT_FALSE(fs::exists(output() + "/mesh.ply.partial"));
 }
 
-/// A file system of its own that holds very little.
-class SmallDisk {
- public:
-  explicit SmallDisk(const std::string& path, const char* options) : path_(path) {
-    fs::create_directory(path);
-    mounted_ = mount("tmpfs", path.c_str(), "tmpfs", 0, options) == 0;
-  }
-  ~SmallDisk() {
-    if (mounted_) umount2(path_.c_str(), MNT_DETACH);
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-  bool mounted() const { return mounted_; }
-
- private:
-  std::string path_;
-  bool mounted_ = false;
-};
-
 TEST_F(BadInput, AFullDiskLeavesTheOldFilesWhole) {
-  const SmallDisk disk(output(), "size=3m");
+  const test::SmallDisk disk(output(), "size=3m");
   if (!disk.mounted()) GTEST_SKIP() << "no permission to mount a tmpfs";
   const std::string mesh = good_mesh();
   ASSERT_FALSE(mesh.empty());

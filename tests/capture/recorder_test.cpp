@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/mount.h>
 
 #include <random>
 #include <set>
@@ -15,6 +14,7 @@
 #include "io/orientation_file.h"
 #include "io/sequence.h"
 #include "io/temp_folder.h"
+#include "support/small_disk.h"
 
 namespace plumbline::capture {
 namespace {
@@ -135,28 +135,9 @@ TEST(Recorder, FramesForWhichTheDiskIsTooSlowAreCountedDepthAndColourTogether) {
   EXPECT_EQ(listed(folder / "rec", "rgb.txt").size(), status.frames);
 }
 
-/// A file system of its own that holds very little.
-class SmallDisk {
- public:
-  explicit SmallDisk(const std::string& path) : path_(path) {
-    fs::create_directory(path);
-    mounted_ = mount("tmpfs", path.c_str(), "tmpfs", 0, "size=4m") == 0;
-  }
-  ~SmallDisk() {
-    if (mounted_) umount2(path_.c_str(), MNT_DETACH);
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-  bool mounted() const { return mounted_; }
-
- private:
-  std::string path_;
-  bool mounted_ = false;
-};
-
 TEST(Recorder, AFullDiskEndsTheRecordingAndKeepsWhatThereIs) {
   const TempFolder folder;
-  const SmallDisk disk(folder / "disk");
+  const test::SmallDisk disk(folder / "disk", "size=4m");
   if (!disk.mounted()) GTEST_SKIP() << "no permission to mount a tmpfs";
   Recorder recorder(options_for(folder / "disk/rec"));
   std::string message;
