@@ -9,6 +9,7 @@
 #include "app/angular_report.h"
 #include "app/angular_test.h"
 #include "app/arguments.h"
+#include "app/backend_arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/orientation_arguments.h"
@@ -175,13 +176,7 @@ void add_options(CLI::App& command, AnglesArguments& a) {
   add_orientation_arguments(command, a.orientation);
   command.add_option("--groundtruth", a.groundtruth, "True trajectory (default: the sequence's own)")
       ->type_name("FILE");
-  command.add_option("--backend", a.backend, "Where to compute; `plumbline backends` lists them")
-      ->capture_default_str()
-      ->type_name("NAME");
-  command.add_option("--threads", a.threads, "CPU threads, 0 for all; the result does not depend on it")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str()
-      ->type_name("N");
+  add_backend_arguments(command, a.backend, a.threads);
   command.add_option("--json", a.json, "Write the table and what it was made with")->type_name("FILE");
   command.add_option("--csv", a.csv, "Write a row for each pair")->type_name("FILE");
 }

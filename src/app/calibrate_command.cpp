@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/arguments.h"
+#include "app/backend_arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/orientation_arguments.h"
@@ -200,13 +201,7 @@ void add_options(CLI::App& command, CalibrateArguments& a) {
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->type_name("N");
-  command.add_option("--backend", a.backend, "Where to compute; `plumbline backends` lists them")
-      ->capture_default_str()
-      ->type_name("NAME");
-  command.add_option("--threads", a.threads, "CPU threads, 0 for all; the result does not depend on it")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str()
-      ->type_name("N");
+  add_backend_arguments(command, a.backend, a.threads);
   command.add_flag("--force", a.force, "Write the file even if the motion was too poor");
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/arguments.h"
+#include "app/backend_arguments.h"
 #include "app/capture_arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
@@ -102,13 +103,7 @@ void add_options(CLI::App& command, RunArguments& arguments) {
   command.add_option("-o,--output", arguments.output, "Folder for the results, created if missing")
       ->capture_default_str()
       ->type_name("DIR");
-  command.add_option("--backend", arguments.backend, "Where to compute; `plumbline backends` lists them")
-      ->capture_default_str()
-      ->type_name("NAME");
-  command.add_option("--threads", arguments.threads, "CPU threads, 0 for all; the result does not depend on it")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str()
-      ->type_name("N");
+  add_backend_arguments(command, arguments.backend, arguments.threads);
   command.add_option("--max-frames", arguments.max_frames, "Stop after so many frames, 0 for all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/arguments.h"
+#include "app/backend_arguments.h"
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/simulated_sequence.h"
@@ -273,10 +274,7 @@ void add_simulate_command(CLI::App& app, Command& chosen) {
   add_path_options(*command, *arguments);
   add_camera_options(*command, *arguments);
   add_sensor_options(*command, *arguments);
-  command->add_option("--threads", arguments->threads, "CPU threads, 0 for all; the result does not depend on it")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str()
-      ->type_name("N");
+  add_threads_argument(*command, arguments->threads);
   command->add_flag("--quiet", arguments->quiet, "Print nothing but errors");
   command->footer(fmt::format(
       "Writes a TUM folder that `plumbline run` reads (depth/, rgb/, camera-intrinsics.txt, groundtruth.txt), and "
