@@ -170,27 +170,35 @@ struct Integrate {
     return visible && abs(distance) < F(volume.truncation);
   }
 
+  /// Returns the lanes whose voxel lies behind a surface afterwards.
   template <class F>
-  PL_HD void update(int brick, int offset) const {
+  PL_HD Mask<F> update(int brick, int offset) const {
     Int<F> pixel;
     F distance;
     const auto visible = measure<F>(brick, offset, &distance, &pixel);
     const auto changes = visible && distance >= F(-volume.truncation);
-    if (!any(changes)) return;
     std::int32_t* address = volume.voxels + static_cast<std::ptrdiff_t>(brick) * kBrickVoxels + offset;
     const Int<F> word = load_int<F>(address);
+    if (!any(changes)) return is_behind<F>(word);
     const Voxel<F> old = unpack<F>(word);
     const F measured = min(distance * (1.0f / volume.truncation), F(1.0f));
     const F weight = old.weight + 1.0f;
     const Voxel<F> fused = {madd(old.distance, old.weight, measured) / weight, min(weight, F(max_weight))};
-    store_int(address, select_int(changes, pack<F>(fused), word));
+    const Int<F> changed = select_int(changes, pack<F>(fused), word);
+    store_int(address, changed);
     if (volume.colors != nullptr && !color.is_null()) {
       const auto near = changes && distance <= F(volume.truncation);
       if (any(near)) update_color<F>(volume.colors + (address - volume.voxels), pixel, near);
     }
+    return is_behind<F>(changed);
   }
 
  private:
+  template <class F>
+  PL_HD static Mask<F> is_behind(const Int<F>& word) {
+    return distance_of<F>(word) < F(0.0f);
+  }
+
   /// Signed distance of each voxel from the reading at its pixel, metres, positive in front of the surface.
   template <class F>
   PL_HD Mask<F> measure(int brick, int offset, F* distance, Int<F>* pixel) const {

@@ -62,6 +62,7 @@ PL_HD std::int32_t shift_right(std::int32_t a) {
 }
 PL_HD std::int32_t shift_left_by(std::int32_t a, std::int32_t n) { return a << n; }
 PL_HD std::int32_t shift_right_by(std::int32_t a, std::int32_t n) { return a >> n; }
+PL_HD bool equal(std::int32_t a, std::int32_t b) { return a == b; }
 PL_HD float float_from_bits(std::int32_t bits) {
   float value;
   memcpy(&value, &bits, sizeof value);
@@ -177,6 +178,10 @@ template <class A>
 PL_HD IntBatch<A> max_int(const IntBatch<A>& a, const IntBatch<A>& b) {
   return xsimd::max(a, b);
 }
+template <class A>
+PL_HD BatchMask<A> equal(const IntBatch<A>& a, const IntBatch<A>& b) {
+  return xsimd::bool_cast(a == b);
+}
 template <int N, class A>
 PL_HD IntBatch<A> shift_left(const IntBatch<A>& a) {
   return a << N;
@@ -222,13 +227,38 @@ PL_HD void store_u8(std::uint8_t* p, const FloatBatch<A>& a) {
   xsimd::to_int(a).store_aligned(wide);
   for (std::size_t i = 0; i < FloatBatch<A>::size; ++i) p[i] = static_cast<std::uint8_t>(wide[i]);
 }
+/// Elements of a gather one by one, in registers of four: on Zen 5 and on processors that are guarded against Downfall
+/// this beats the gather instruction, and xsimd's own inserts them one after the other into the widest register.
 template <class A>
-PL_HD FloatBatch<A> gather(const float* p, const IntBatch<A>& i) {
-  return FloatBatch<A>::gather(p, i);
+PL_HD IntBatch<A> gather_int(const std::int32_t* p, const IntBatch<A>& index) {
+#if defined(__AVX2__)
+  alignas(64) std::int32_t i[IntBatch<A>::size];
+  index.store_aligned(i);
+  const auto four = [&](int first) {
+    const std::int32_t* j = i + first;
+    const __m128i one = _mm_cvtsi32_si128(p[j[0]]), two = _mm_insert_epi32(one, p[j[1]], 1);
+    return _mm_insert_epi32(_mm_insert_epi32(two, p[j[2]], 2), p[j[3]], 3);
+  };
+  const auto eight = [&](int first) {
+    return _mm256_inserti128_si256(_mm256_castsi128_si256(four(first)), four(first + 4), 1);
+  };
+#if defined(__AVX512F__)
+  if constexpr (IntBatch<A>::size == 16)
+    return _mm512_inserti64x4(_mm512_castsi256_si512(eight(0)), eight(8), 1);
+  else
+#endif
+    return eight(0);
+#else
+  return IntBatch<A>::gather(p, index);
+#endif
 }
 template <class A>
-PL_HD IntBatch<A> gather_int(const std::int32_t* p, const IntBatch<A>& i) {
-  return IntBatch<A>::gather(p, i);
+PL_HD FloatBatch<A> gather(const float* p, const IntBatch<A>& index) {
+#if defined(__AVX2__)
+  return xsimd::bitwise_cast<FloatBatch<A>>(gather_int(reinterpret_cast<const std::int32_t*>(p), index));
+#else
+  return FloatBatch<A>::gather(p, index);
+#endif
 }
 template <class A>
 PL_HD FloatBatch<A> float_from_bits(const IntBatch<A>& bits) {
@@ -240,6 +270,16 @@ PL_HD IntBatch<A> bits_from_float(const FloatBatch<A>& value) {
 }
 
 #endif
+
+/// Lanes as a block of pixels, row by row.
+template <class F>
+struct Block {
+  static constexpr int column_bits = Lane<F>::width >= 8 ? 2 : Lane<F>::width >= 4 ? 1 : 0;
+  static constexpr int width = 1 << column_bits, height = Lane<F>::width / width;
+
+  static PL_HD F columns() { return to_float(Lane<F>::int_index() & Int<F>(width - 1)); }
+  static PL_HD F rows() { return to_float(shift_right<column_bits>(Lane<F>::int_index())); }
+};
 
 /// A value for every lane.
 template <class F>
@@ -257,6 +297,15 @@ PL_HD Mask<F> inside_row(int x, int width) {
 template <class F>
 PL_HD void store_masked(float* p, const F& a, const Mask<F>& mask) {
   store(p, select(mask, a, F(0.0f)));
+}
+
+/// The same for a block of pixels; rows below the image are left out.
+template <class F>
+PL_HD void store_block(const PlaneView<float>& plane, int x, int y, const F& a, const Mask<F>& mask) {
+  alignas(64) float values[Lane<F>::width];
+  store(values, select(mask, a, F(0.0f)));
+  for (int row = 0; row < Block<F>::height && y + row < plane.height; ++row)
+    memcpy(plane.row(y + row) + x, values + row * Block<F>::width, sizeof(float) * Block<F>::width);
 }
 
 }  // namespace plumbline::kernels

@@ -39,7 +39,7 @@ struct RaySpans {
   PL_HD void operator()(int bx, int row, Tiles& tiles) const {
     const int by = row % volume.bricks, bz = row / volume.bricks;
     auto seen = inside_row<F>(bx, volume.bricks) &&
-                to_float(load_int<F>(volume.occupied + volume.brick_index(bx, by, bz))) > F(0.5f);
+                equal(load_int<F>(volume.occupied + volume.brick_index(bx, by, bz)), Int<F>(kBrickSolid));
     if (!any(seen)) return;
     const float size = volume.voxel_size * kBrickSide, half = 0.501f * size;  // a hair more than the brick
     const Vec3<F> centre = camera_from_volume.apply(Vec3<F>{(Lane<F>::index() + (static_cast<float>(bx) + 0.5f)) * size,
@@ -76,7 +76,8 @@ struct RaySpans {
 };
 
 /// Casts one ray a pixel (Newcombe et al. 2011, §3.3). The ray parameter t is the depth along the optical axis, so the
-/// parameter of the hit *is* the predicted depth. Bricks that hold no surface are skipped whole.
+/// parameter of the hit *is* the predicted depth. Bricks without a voxel behind a surface are skipped whole. Lanes are
+/// a block of rays: neighbours are through after about as many steps.
 struct Raycast {
   VolumeView volume;
   PlaneView<float> depth;
@@ -89,9 +90,8 @@ struct Raycast {
   template <class F>
   PL_HD void operator()(int x, int y) const {
     const float per_metre = 1.0f / volume.voxel_size;
-    const F u = Lane<F>::index() + static_cast<float>(x);
-    const Vec3<F> direction =
-        volume_from_camera.rotate(camera.back_project(u, F(static_cast<float>(y)), F(1.0f))) * per_metre;
+    const F u = Block<F>::columns() + static_cast<float>(x), v = Block<F>::rows() + static_cast<float>(y);
+    const Vec3<F> direction = volume_from_camera.rotate(camera.back_project(u, v, F(1.0f))) * per_metre;
     const Ray<F> ray = {{F(volume_from_camera.t[0] * per_metre), F(volume_from_camera.t[1] * per_metre),
                          F(volume_from_camera.t[2] * per_metre)},
                         direction,
@@ -100,21 +100,23 @@ struct Raycast {
     F t(min_distance), end(max_distance);
     clip<F>(ray, &t, &end);
     if (spans.nearest != nullptr) {
-      const Int<F> tile = shift_right<kRayTileShift>(Lane<F>::int_index() + Int<F>(x));
-      t = max(t, gather(spans.nearest + (y >> kRayTileShift) * spans.stride, tile));
-      end = min(end, gather(spans.farthest + (y >> kRayTileShift) * spans.stride, tile));
+      const int tile = (y >> kRayTileShift) * spans.stride + (x >> kRayTileShift);  // a block lies in one tile
+      t = max(t, F(spans.nearest[tile]));
+      end = min(end, F(spans.farthest[tile]));
     }
-    const auto active = inside_row<F>(x, depth.width) && t < end;
+    const auto active = u < F(static_cast<float>(depth.width)) && v < F(static_cast<float>(depth.height)) && t < end;
     F before(0.0f), after(0.0f), t_before(0.0f);
     auto hit = march<F>(ray, active, end, &t, &t_before, &before, &after);
 
     Vec3<F> normal = {F(0.0f), F(0.0f), F(0.0f)};
     if (any(hit)) {
       t = refine<F>(ray, t_before, t, before, after, &hit);
-      normal = surface_normal<F>(ray, t, u, static_cast<float>(y), &hit);
+      normal = surface_normal<F>(ray, t, u, v, &hit);
     }
-    store_masked<F>(depth.row(y) + x, t, hit);
-    store_normal<F>(normals, x, y, normal, hit);
+    store_block<F>(depth, x, y, t, hit);
+    store_block<F>(normals.x, x, y, normal.x, hit);
+    store_block<F>(normals.y, x, y, normal.y, hit);
+    store_block<F>(normals.z, x, y, normal.z, hit);
   }
 
  private:
@@ -174,51 +176,64 @@ struct Raycast {
     }
   };
 
-  /// ⌊c⌋ kept within 0 … highest.
+  /// The voxel that a point lies in, clamped to the volume.
   template <class F>
-  PL_HD static F cell(const F& c, float highest) {
-    return floor(min(max(c, F(0.0f)), F(highest)));
+  struct Place {
+    Int<F> bx, by, bz, brick, voxel;
+  };
+  template <class F>
+  PL_HD Place<F> locate(const Vec3<F>& p) const {
+    const F zero(0.0f), high(static_cast<float>(volume.resolution()) - 0.01f);
+    const Int<F> x = to_int(min(max(p.x, zero), high)), y = to_int(min(max(p.y, zero), high)),
+                 z = to_int(min(max(p.z, zero), high)), seven(7);
+    Place<F> place{shift_right<3>(x), shift_right<3>(y), shift_right<3>(z), {}, {}};
+    place.brick = volume.brick_index(place.bx, place.by, place.bz);
+    const Int<F> local = (x & seven) + shift_left<3>(y & seven) + shift_left<6>(z & seven);
+    place.voxel = shift_left<9>(place.brick) + local;
+    return place;
   }
 
   /// Steps along the rays until the signed distance turns from positive to negative between two voxels that were seen.
-  /// On return `t` lies behind the crossing and `t_before` before it. Indices are reckoned in floats, which is exact up
-  /// to 2²⁴ bricks: vectors multiply them faster than integers.
+  /// On return `t` lies behind the crossing and `t_before` before it.
   template <class F>
   PL_HD Mask<F> march(const Ray<F>& ray, Mask<F> active, const F& end, F* t, F* t_before, F* before, F* after) const {
-    const F zero(0.0f), voxel_step = F(1.0f) / sqrt(dot(ray.direction, ray.direction));
-    const F longest(0.7f * volume.truncation / volume.voxel_size);
-    const float last_brick = static_cast<float>(volume.bricks - 1), side = static_cast<float>(kBrickSide);
-    const F row(static_cast<float>(volume.brick_stride)),
-        slice(static_cast<float>(volume.brick_stride * volume.bricks));
+    const F zero(0.0f), one(1.0f), voxel_step = one / sqrt(dot(ray.direction, ray.direction));
+    const F longest(0.85f * volume.truncation / volume.voxel_size);
     const BrickExit<F> brick_exit(ray);
     auto hit = active && !active;
     F previous = zero, t_previous = *t;
     while (any(active)) {
-      const Vec3<F> p = ray.at(*t);
-      const Vec3<F> brick = {cell(p.x * (1.0f / side), last_brick), cell(p.y * (1.0f / side), last_brick),
-                             cell(p.z * (1.0f / side), last_brick)};
-      const Int<F> index = to_int(madd(brick.z, slice, madd(brick.y, row, brick.x)));
-      const auto occupied = active && to_float(gather_int(volume.occupied, index)) > F(0.5f);
-      // An empty brick is left by a hair's breadth, so that the next look-up falls into its neighbour.
-      F step = madd(voxel_step, F(0.01f), max(brick_exit.leaves_at(brick) - *t, zero));
-      F value = zero;
-      if (any(occupied)) {
-        const F x = cell(madd(brick.x, F(-side), p.x), side - 1), y = cell(madd(brick.y, F(-side), p.y), side - 1),
-                z = cell(madd(brick.z, F(-side), p.z), side - 1);
-        const Int<F> local = to_int(madd(z, F(side * side), madd(y, F(side), x)));
-        const Voxel<F> voxel = unpack<F>(gather_int(volume.voxels, shift_left<9>(index) + local));
-        const auto known = occupied && voxel.weight > zero;
-        value = select(known, voxel.distance, zero);
-        const auto crossing = known && previous > zero && value < zero;
+      const Place<F> place = locate<F>(ray.at(*t));
+      const auto solid = active && equal(gather_int(volume.occupied, place.brick), Int<F>(kBrickSolid));
+      F value = zero, step = zero;
+      if (any(solid)) {
+        value = select(solid, distance_of<F>(gather_int(volume.voxels, place.voxel)), zero);
         // A projective distance over-estimates when seen from elsewhere, hence the factor.
-        step = select(occupied, max(value * longest, F(1.0f)) * voxel_step, step);
-        *t_before = select(crossing, t_previous, *t_before);
-        *before = select(crossing, previous, *before);
-        *after = select(crossing, value, *after);
-        hit = hit || crossing;
+        step = max(value * longest, one) * voxel_step;
+        const auto inside = solid && value < zero;
+        if (any(inside)) {
+          // The first voxel of a solid brick may lie behind the surface already.
+          const auto unseen = inside && previous == zero;
+          if (any(unseen)) {
+            const F back = *t - voxel_step;
+            const F seen = distance_of<F>(gather_int(volume.voxels, locate<F>(ray.at(back)).voxel));
+            previous = select(unseen, seen, previous);
+            t_previous = select(unseen, back, t_previous);
+          }
+          const auto crossing = inside && previous > zero;
+          *t_before = select(crossing, t_previous, *t_before);
+          *before = select(crossing, previous, *before);
+          *after = select(crossing, value, *after);
+          hit = hit || crossing;
+          active = active && !crossing;
+        }
         // From inside the surface outwards: the back of something, nothing to predict (KinFu stops here too).
-        const auto back = known && previous < zero && value > zero;
-        active = active && !crossing && !back;
+        active = active && !(previous < zero && value > zero);
+      }
+      if (any(active && !solid)) {
+        // A brick is left by a hair's breadth, so that the next look-up falls into its neighbour.
+        const F leaves = brick_exit.leaves_at({to_float(place.bx), to_float(place.by), to_float(place.bz)});
+        step = select(solid, step, madd(voxel_step, F(0.01f), max(leaves - *t, zero)));
       }
       previous = select(active, value, previous);
       t_previous = select(active, *t, t_previous);
@@ -249,7 +264,7 @@ struct Raycast {
   }
 
   template <class F>
-  PL_HD Vec3<F> surface_normal(const Ray<F>& ray, const F& t, const F& u, float v, Mask<F>* hit) const {
+  PL_HD Vec3<F> surface_normal(const Ray<F>& ray, const F& t, const F& u, const F& v, Mask<F>* hit) const {
     const DistanceSampler<F> sampler{volume};
     const Vec3<F> grid = ray.grid_at(t);
     *hit = *hit && sampler.inside(grid);
@@ -261,7 +276,7 @@ struct Raycast {
     const F scale = F(1.0f) / sqrt(select(*hit, dot(in_camera, in_camera), F(1.0f)));
     const Vec3<F> normal = in_camera * scale;
     // The distance grows towards the camera; a normal that looks away belongs to a surface seen from behind.
-    *hit = *hit && dot(normal, camera.back_project(u, F(v), F(1.0f))) < F(0.0f);
+    *hit = *hit && dot(normal, camera.back_project(u, v, F(1.0f))) < F(0.0f);
     return normal;
   }
 };

@@ -8,6 +8,9 @@ namespace plumbline::kernels {
 
 constexpr int kBrickSide = 8;
 constexpr int kBrickVoxels = kBrickSide * kBrickSide * kBrickSide;
+/// What `occupied` says of a brick. One that is solid holds a voxel behind a surface; one that is free held a surface
+/// once, but now only voxels before it.
+constexpr std::int32_t kBrickSolid = 1, kBrickFree = 2;
 constexpr float kDistanceScale = 32767.0f;  ///< stored units per truncation distance
 
 /// Voxel (i, j, k) is centred at (i + ½, j + ½, k + ½)·voxel_size in the volume's frame. A voxel is one 32-bit word:
@@ -16,7 +19,7 @@ constexpr float kDistanceScale = 32767.0f;  ///< stored units per truncation dis
 struct VolumeView {
   std::int32_t* voxels = nullptr;
   std::int32_t* colors = nullptr;    ///< null without colour; a byte each of red, green, blue and weight
-  std::int32_t* occupied = nullptr;  ///< per brick: 1 if it has held a surface
+  std::int32_t* occupied = nullptr;  ///< per brick: not 0 if it has held a surface
   int bricks = 0;                    ///< per side
   int brick_stride = 0;              ///< bricks from one row of bricks to the next, ≥ bricks, a multiple of 16
   float voxel_size = 0;              ///< metres
@@ -53,10 +56,14 @@ struct Voxel {
   F distance, weight;
 };
 
+/// The distance alone, in truncation units; 0 of what was never seen.
+template <class F>
+PL_HD F distance_of(const Int<F>& word) {
+  return to_float(shift_left<16>(word)) * (1.0f / (65536.0f * kDistanceScale));
+}
 template <class F>
 PL_HD Voxel<F> unpack(const Int<F>& word) {
-  return {to_float(shift_right<16>(shift_left<16>(word))) * (1.0f / kDistanceScale),
-          to_float(shift_right<16>(word) & Int<F>(0xFFFF))};
+  return {distance_of<F>(word), to_float(shift_right<16>(word) & Int<F>(0xFFFF))};
 }
 template <class F>
 PL_HD Int<F> pack(const Voxel<F>& voxel) {

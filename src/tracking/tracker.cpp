@@ -50,8 +50,8 @@ class Level {
   int pixels() const { return live_->camera.width * live_->camera.height; }
 
   /// Association and solve, and the step that follows from it. `median` is the last known one, metres.
-  Iteration iterate(double median, SE3* model_from_live) const {
-    Iteration iteration{associate(median, *model_from_live), {}, {}};
+  Iteration iterate(double median, bool with_distribution, SE3* model_from_live) const {
+    Iteration iteration{associate(median, with_distribution, *model_from_live), {}, {}};
     const double information = registration_information(*parameters_, pixels());
     Matrix6d h = information * iteration.sums.hessian();
     Vector6d b = information * iteration.sums.gradient();
@@ -64,12 +64,12 @@ class Level {
     return iteration;
   }
 
- private:
   /// One pass over the pixels. With the median filter it is made with the band around the last median and corrected for
   /// that of its own: the bands differ by little, and so do the pixels to look at again.
-  IcpSums associate(double median, const SE3& model_from_live) const {
+  IcpSums associate(double median, bool with_distribution, const SE3& model_from_live) const {
     kernels::IcpInput in = icp_input(*live_, *model_);
     set_gates(*parameters_, model_from_live, median, &in);
+    if (!with_distribution) in.bins = 0;
     if (!parameters_->median_filter) return backend_->reduce(kernels::IcpReduce{in});
     set_band(*parameters_, median, &in);
     IcpSums sums = backend_->reduce(kernels::IcpReduce{in, distances_.view()});
@@ -79,6 +79,7 @@ class Level {
     return sums;
   }
 
+ private:
   const Backend* backend_;
   const DepthLevel *live_, *model_;
   const TrackingInput* input_;
@@ -90,6 +91,9 @@ class Level {
 class LevelEnd {
  public:
   LevelEnd(const TrackingParameters& parameters, int limit) : parameters_(&parameters), limit_(limit) {}
+
+  /// Whether the next iteration may be the level's last.
+  bool is_near() const { return made_ + 1 >= limit_; }
 
   bool reached(const Iteration& last) {
     ++made_;
@@ -153,6 +157,21 @@ void summarise(const Iteration& last, int level, TrackingResult* result) {
   result->median_distance = last.sums.median_distance();
   result->rank = last.solution.rank;
   result->condition = last.solution.condition;
+}
+
+/// Whether the distances' distribution guides the registration or is looked at after every iteration. Counting costs a
+/// tenth of a pass, and else only the frame's last median is told.
+bool needs_every_distribution(const TrackingParameters& parameters, const TrackingInput& input) {
+  return parameters.gate_per_median > 0 || parameters.median_filter || parameters.converged_after > 0 ||
+         input.trace != nullptr;
+}
+
+/// The finest level that iterates.
+int last_level(const TrackingParameters& parameters) {
+  int level = parameters.finest_level;
+  for (auto limit = parameters.iterations.rbegin(); limit != parameters.iterations.rend() && *limit == 0; ++limit)
+    ++level;
+  return level;
 }
 
 IcpIteration traced(const Iteration& iteration, int level, int level_pixels, const SE3& world_from_camera) {
@@ -231,6 +250,7 @@ TrackingResult track(const Backend& backend, const DepthPyramid& live, const Dep
   SE3 model_from_live = input.world_from_model.inverse() * input.world_from_camera_seed;
   Matrix6d last_h = Matrix6d::Zero();
   const std::size_t missing = live.size() - model.size();  // finest levels that the model does not have
+  const bool every_distribution = needs_every_distribution(parameters, input);
   int level = pyramid_levels(parameters) - 1;
   for (const int limit : parameters.iterations) {
     const auto at = static_cast<std::size_t>(level);
@@ -238,7 +258,10 @@ TrackingResult track(const Backend& backend, const DepthPyramid& live, const Dep
     LevelEnd end(parameters, limit);
     result.iterations.push_back(0);
     for (bool done = limit == 0; !done;) {
-      const Iteration iteration = registration.iterate(result.median_distance, &model_from_live);
+      const bool is_last = level == last_level(parameters),
+                 with_distribution = every_distribution || (is_last && end.is_near());
+      const SE3 before = model_from_live;
+      const Iteration iteration = registration.iterate(result.median_distance, with_distribution, &model_from_live);
       ++result.iterations.back();
       summarise(iteration, level, &result);
       last_h = iteration.h;
@@ -247,6 +270,8 @@ TrackingResult track(const Backend& backend, const DepthPyramid& live, const Dep
             traced(iteration, level, registration.pixels(), input.world_from_model * model_from_live));
       const bool nothing_to_hold = iteration.sums.inliers() < min_inliers_at(parameters, level);
       done = end.reached(iteration) || nothing_to_hold;
+      if (done && is_last && !with_distribution)  // sooner than expected
+        result.median_distance = registration.associate(0, true, before).median_distance();
     }
     --level;
   }

@@ -45,7 +45,7 @@ class Lanes final : public LanesBase {
   }
 
   void run(const kernels::RaySpans& k) const override { span_rays<F>(threads(), k); }
-  void run(const kernels::Raycast& k) const override { on(k.depth, k); }
+  void run(const kernels::Raycast& k) const override { for_each_block<F>(threads(), k.depth.width, k.depth.height, k); }
   void run(const kernels::DecimateModel& k) const override { on(k.coarse_depth, k); }
 
  private:

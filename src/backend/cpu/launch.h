@@ -27,6 +27,20 @@ PL_HD void for_each(const Threads& threads, int width, int height, const Kernel&
   });
 }
 
+/// The same by blocks of pixels.
+template <class F, class Kernel>
+PL_HD void for_each_block(const Threads& threads, int width, int height, const Kernel& kernel) {
+  using Block = kernels::Block<F>;
+  static_assert(kRowsPerChunk % Block::height == 0);
+  threads.run((height + kRowsPerChunk - 1) / kRowsPerChunk, [&](int chunk, int) {
+    const Kernel own = kernel;
+    const int end = (chunk + 1) * kRowsPerChunk < height ? (chunk + 1) * kRowsPerChunk : height;
+    for (int y = chunk * kRowsPerChunk; y < end; y += Block::height) {
+      for (int x = 0; x < width; x += Block::width) own.template operator()<F>(x, y);
+    }
+  });
+}
+
 /// Copies of each bin, taken in turn by the lanes: neighbours fall into the same bin, and each count would wait for the
 /// one before.
 constexpr int kHistogramCopies = 4;
@@ -165,8 +179,12 @@ PL_HD void for_each_brick(const Threads& threads, const Kernel& kernel, const st
       for (int offset = 0; !occupied && offset < kernels::kBrickVoxels; offset += kWidth)
         occupied = kernels::any(own.template is_near_surface<F>(brick, offset));
       if (!occupied) continue;
-      own.volume.occupied[brick] = 1;
-      for (int offset = 0; offset < kernels::kBrickVoxels; offset += kWidth) own.template update<F>(brick, offset);
+      auto behind = own.template update<F>(brick, 0);
+      for (int offset = kWidth; offset < kernels::kBrickVoxels; offset += kWidth) {
+        const auto more = own.template update<F>(brick, offset);  // not in the next line: || may leave it out
+        behind = behind || more;
+      }
+      own.volume.occupied[brick] = kernels::any(behind) ? kernels::kBrickSolid : kernels::kBrickFree;
     }
   });
 }

@@ -43,9 +43,9 @@ __global__ void __launch_bounds__(kernels::kBrickVoxels) for_each_brick(Kernel k
   // The same for the whole block: it is written below only once all of its threads have read it here.
   if (*occupied == 0) {
     if (__syncthreads_or(kernel.template is_near_surface<float>(brick, voxel)) == 0) return;
-    if (voxel == 0) *occupied = 1;
   }
-  kernel.template update<float>(brick, voxel);
+  const bool solid = __syncthreads_or(kernel.template update<float>(brick, voxel)) != 0;
+  if (voxel == 0) *occupied = solid ? kernels::kBrickSolid : kernels::kBrickFree;
 }
 
 /// N sums of one thread, and the block's histogram.
