@@ -66,7 +66,7 @@ void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) 
   if (arguments.capture.imu != "none") options->orientation_source = arguments.capture.imu;
   options->open_live = [arguments, orientation, input = options->input] {
     return std::make_unique<LiveSource>(arguments.capture, input.color, input.intrinsics, arguments.max_frames,
-                                        orientation);
+                                        orientation, input.depth_distortion);
   };
 }
 

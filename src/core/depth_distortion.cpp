@@ -39,12 +39,20 @@ double DepthDistortion::at(double x, double y) const {
   return sum;
 }
 
+std::string DepthDistortion::describe() const {
+  constexpr double kDepth = 2;  // metres: dz = z² d(1/z)
+  return fmt::format("a distortion of the depth of {:.1f} cm rms at {} m", 100 * kDepth * kDepth * rms(), kDepth);
+}
+
+void DepthDistortion::check_size(int width, int height) const {
+  if (width == width_ && height == height_) return;
+  throw Error(fmt::format("it is of images of {}x{}, these are {}x{}", width_, height_, width, height),
+              "depth calibration", "Calibrate the depth with a recording of this size.");
+}
+
 void DepthDistortion::correct(double readings_per_metre, DepthImage* depth) const {
   if (empty()) return;
-  if (depth->width != width_ || depth->height != height_)
-    throw Error(
-        fmt::format("it is of images of {}x{}, the sequence has {}x{}", width_, height_, depth->width, depth->height),
-        "depth calibration", "Calibrate the depth with a recording of this size.");
+  check_size(depth->width, depth->height);
   constexpr double kLargest = std::numeric_limits<std::uint16_t>::max();
   for (int y = 0; y < height_; ++y) {
     std::uint16_t* row = depth->row(y);

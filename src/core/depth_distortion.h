@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "core/image.h"
@@ -29,6 +30,8 @@ class DepthDistortion {
   const std::vector<double>& values() const { return values_; }
   std::vector<double>& values() { return values_; }
   double rms() const;
+  /// "a distortion of the depth of 3.8 cm rms at 2 m"
+  std::string describe() const;
 
   /// The four nodes around a pixel and their shares, which add up to 1.
   struct Nodes {
@@ -38,6 +41,8 @@ class DepthDistortion {
   Nodes nodes(double x, double y) const;
   double at(double x, double y) const;
 
+  /// Throws Error for images of another size.
+  void check_size(int width, int height) const;
   /// Takes it out of an image of that size. A reading that would lie at no positive depth becomes none. Throws Error
   /// for an image of another size.
   void correct(double readings_per_metre, DepthImage* depth) const;
