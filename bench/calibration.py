@@ -66,7 +66,7 @@ class Case:
         try:
             runs.call("calibrate", "-o", str(file), "--orientation", str(readings), *map(str, source))
         except runs.Failure as failure:
-            return str(failure).splitlines()[0]
+            return next((line for line in str(failure).splitlines() if "error:" in line), str(failure))
         found = tomllib.loads(file.read_text(encoding="utf-8"))
         return (degrees_between(found["mounting"]["body_from_camera"], self.mounting),
                 1e3 * abs(found["time"]["offset"] + self.latency + self.clock))

@@ -17,16 +17,18 @@ using Eigen::Vector3d;
 constexpr Pinhole kCamera{131.25f, 131.25f, 79.5f, 59.5f, 160, 120};
 constexpr double kScale = 5000;
 
-/// 1/m: one bump to the left and a slope, 0.009/m rms as a Kinect has it.
+/// 1/m: one bump to the left and a slope, 0.0065/m rms.
 double pattern(double x, double y) {
   return 0.011 * std::sin(2 * std::numbers::pi * x / 159) * std::cos(std::numbers::pi * y / 119 - 0.6) +
          0.006 * std::cos(3 * std::numbers::pi * x / 159);
 }
 
+/// In front of the corner of the desk, looking into it and somewhat down, turned by up to 25° about all axes.
 SE3 pose(double t) {
-  const Vector3d eye(0.05 * std::sin(1.3 * t), -1.6 + 0.05 * std::cos(0.9 * t), 0.9);
+  const Vector3d eye(0.8 + 0.05 * std::sin(1.3 * t), 0.8 + 0.05 * std::cos(0.9 * t), 1.4);
   const Vector3d turn(0.3 * std::sin(1.1 * t + 1), 0.4 * std::sin(0.8 * t), 0.45 * std::sin(0.6 * t + 2));
-  const Eigen::Matrix3d ahead = so3::exp(Vector3d(-std::numbers::pi / 2 - 0.3, 0, 0));  // along y, a little downwards
+  const Eigen::Matrix3d ahead =
+      so3::exp(Vector3d(0, 0, 0.75 * std::numbers::pi)) * so3::exp(Vector3d(-std::numbers::pi / 2 - 0.35, 0, 0));
   return {ahead * so3::exp(turn), eye};
 }
 
@@ -79,7 +81,7 @@ TEST(DepthCalibration, FindsThePatternFromAPathThatErrs) {
   const Found found = calibrate(1, 0.5);
   ASSERT_TRUE(found.result);
   EXPECT_GT(found.result->pairs, 40U);
-  EXPECT_GT(found.truth, 0.007);
+  EXPECT_GT(found.truth, 0.006);
   EXPECT_LT(found.error, 0.25 * found.truth);
   EXPECT_LT(found.result->after, 0.7 * found.result->before);
 }
@@ -87,8 +89,8 @@ TEST(DepthCalibration, FindsThePatternFromAPathThatErrs) {
 TEST(DepthCalibration, FindsNoneWhereThereIsNone) {
   const Found found = calibrate(0, 0.5);
   ASSERT_TRUE(found.result);
-  EXPECT_LT(found.error, 0.0006);
-  EXPECT_LT(found.result->distortion.rms(), 0.001) << "a smaller world must not fit better";
+  EXPECT_LT(found.error, 0.0015);
+  EXPECT_LT(found.result->distortion.rms(), 0.0015) << "a smaller world must not fit better";
 }
 
 TEST(DepthCalibration, SaysNothingOfACameraThatHardlyMoved) { EXPECT_FALSE(calibrate(1, 0, 0.02).result); }
