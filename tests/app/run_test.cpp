@@ -161,14 +161,14 @@ TEST_F(RunCommand, StrideAndMaxFramesChooseFrames) {
 }
 
 TEST_F(RunCommand, InRealTimeEveryFrameIsTakenOrCountedAsDropped) {
-  const Outcome run = plumbline(small_run(sequence(), output(), {"--realtime=0.5", "--no-mesh"}));
+  const Outcome run = plumbline(small_run(sequence(), output(), {"--realtime", "--speed", "0.5", "--no-mesh"}));
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("dropped for lack of time"));
   const auto json = summary(output());
   EXPECT_EQ(json["live"]["captured"], kSmallFrames);
   EXPECT_EQ(column(read_csv(output() + "/frames.csv"), "index").size() + json["live"]["dropped"].get<std::size_t>(),
             std::size_t{kSmallFrames});
-  EXPECT_THAT(plumbline(small_run(sequence(), output(), {"--realtime=0"})).err, HasSubstr("--realtime"));
+  EXPECT_THAT(plumbline(small_run(sequence(), output(), {"--realtime", "--speed", "0"})).err, HasSubstr("--speed"));
 }
 
 TEST_F(RunCommand, QualityChangesTheDefaultPresetAlone) {
