@@ -1,18 +1,20 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "app/arguments.h"
+#include "app/bench_growth.h"
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/parameter_arguments.h"
 #include "app/stages.h"
+#include "io/atomic_file.h"
 
 namespace plumbline::app {
 namespace {
@@ -22,26 +24,9 @@ struct BenchArguments {
   std::string sequence, backend = "auto";
   int threads = 0, width = 640, height = 480, warm_up = 20;
   double seconds = 0.5;
+  bool grow = false;
+  std::string output;
 };
-
-double milliseconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// Wall time of one run, milliseconds: the median of as many as fit in `seconds`, at least three.
-double median_milliseconds(const std::function<void()>& run, double seconds) {
-  std::vector<double> times;
-  run();  // what is made at the first time is not counted
-  const auto start = std::chrono::steady_clock::now();
-  while (times.size() < 3 || milliseconds_since(start) < 1e3 * seconds) {
-    const auto begin = std::chrono::steady_clock::now();
-    run();
-    times.push_back(milliseconds_since(begin));
-  }
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::nth_element(times.begin(), middle, times.end());
-  return *middle;
-}
 
 /// What one thread copies in memory too large for any cache, bytes read and written per second.
 double copied_per_second(double seconds) {
@@ -77,14 +62,43 @@ void say_table(const std::vector<Row>& rows, const std::vector<int>& threads, do
   say(line);
 }
 
+int processors() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+/// Tables, and a folder with their CSV and the figure if one is asked for.
+int bench_growth(const BenchArguments& arguments, const Parameters& parameters) {
+  const std::filesystem::path folder = arguments.output;
+  const std::string figure = (folder / "growth.svg").string();
+  if (!arguments.output.empty()) {
+    check_plot(figure);
+    ensure_directory(arguments.output);
+  }
+  const int threads = arguments.threads > 0 ? arguments.threads : processors();
+  const std::vector<Growth> growths = measure_growth(parameters, arguments.backend, threads, arguments.seconds);
+  for (const Growth& growth : growths) {
+    const Table table = growth_table(growth);
+    say("{}\n{}", table.title, table_text(table));
+    if (arguments.output.empty()) continue;
+    AtomicFile file((folder / (table.name + ".csv")).string());
+    file.write(table_csv(table));
+    file.commit();
+  }
+  if (!arguments.output.empty()) {
+    save_plot(growth_plot(growths), figure);
+    say("figure     {}", figure);
+  }
+  return 0;
+}
+
 int bench(const BenchArguments& arguments) {
   const Parameters parameters = effective_parameters(arguments.parameters);
+  if (!arguments.output.empty() && !arguments.grow)
+    throw UsageError("only the figure of --grow is written", "-o", "Add --grow, or leave it out.");
+  if (arguments.grow) return bench_growth(arguments, parameters);
   const StageFrames frames = arguments.sequence.empty()
                                  ? simulated_frames(arguments.width, arguments.height, arguments.warm_up)
                                  : recorded_frames(arguments.sequence, arguments.warm_up);
   std::vector<int> threads = {1};
-  const int all =
-      arguments.threads > 0 ? arguments.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int all = arguments.threads > 0 ? arguments.threads : processors();
   if (all > 1) threads.push_back(all);
   std::vector<Row> rows;
   for (const int n : threads) {
@@ -138,6 +152,9 @@ void add_bench_command(CLI::App& app, Command& chosen) {
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str()
       ->type_name("S");
+  command->add_flag("--grow", arguments->grow,
+                    "How the times grow with the image, the volume and the threads, on the simulated desk");
+  command->add_option("-o,--output", arguments->output, "Folder for --grow's tables and figure")->type_name("DIR");
   command->callback([arguments, &chosen] { chosen = [arguments] { return bench(*arguments); }; });
 }
 

@@ -21,6 +21,7 @@
 #include "core/error.h"
 #include "imu/convention_check.h"
 #include "imu/mounting_calibration.h"
+#include "io/depth_calibration_file.h"
 #include "io/orientation_calibration.h"
 #include "io/trajectory.h"
 
@@ -33,7 +34,7 @@ struct CalibrateArguments {
   SequenceArguments sequence;
   ParameterArguments parameters;
   OrientationArguments orientation;
-  std::string output = "mounting.toml", trajectory, trajectory_of = "camera", backend = "auto";
+  std::string output = "mounting.toml", depth_output, trajectory, trajectory_of = "camera", backend = "auto";
   int threads = 0, max_frames = 0;
   double search = OffsetSearch{}.longest;  // seconds
   bool force = false;
@@ -44,7 +45,13 @@ void check(const CalibrateArguments& a) {
   if (a.sequence.path.empty() && a.trajectory.empty())
     throw UsageError("no sequence was given", "plumbline calibrate",
                      "Give the folder of a sequence, or the camera's poses with --trajectory.");
+  if (!a.depth_output.empty() && (!a.trajectory.empty() || !a.sequence.depth_calibration.empty()))
+    throw UsageError("the depth is calibrated where a sequence is tracked as it was measured", "--depth-output",
+                     "Leave --trajectory and --depth-calibration out.");
   const OrientationArguments& o = a.orientation;
+  if (o.path.empty() && a.depth_output.empty())
+    throw UsageError("there is nothing to calibrate", "plumbline calibrate",
+                     "Give the sensor's readings with --orientation, or --depth-output for the depth alone.");
   if (!o.mounting.empty() || o.offset || !o.calibration.empty())
     throw UsageError("mounting and time offset are what is looked for", "plumbline calibrate",
                      "Leave --mounting, --orientation-offset and --orientation-calibration out.");
@@ -61,12 +68,33 @@ Trajectory read_poses(const CalibrateArguments& a) {
   return poses;
 }
 
+void say_depth(const std::optional<DepthCalibrationResult>& depth) {
+  if (depth)
+    say("depth      {}; {} pairs of frames disagree by {:.4f}/m before, {:.4f}/m after", depth->distortion.describe(),
+        depth->pairs, depth->before, depth->after);
+  else
+    say("note       the depth's distortion could not be told: too few frames overlap after the camera has moved");
+}
+
+void write_depth(const CalibrateArguments& a, const std::optional<DepthCalibrationResult>& depth) {
+  if (!depth)
+    throw Error("the depth's distortion could not be told", a.sequence.path,
+                "Hold the camera where it sees a room full of things, and turn it about for ten seconds or more.");
+  write_depth_calibration(
+      a.depth_output, depth->distortion,
+      {"How a depth camera bends what it sees, for `--depth-calibration FILE`. Made by", a.command_line,
+       fmt::format("from {} pairs of frames; they disagree by {:.4f}/m before, {:.4f}/m after.", depth->pairs,
+                   depth->before, depth->after)});
+  say("written    {}; use it with `plumbline run SEQUENCE --depth-calibration {}`", a.depth_output, a.depth_output);
+}
+
 Trajectory track(const CalibrateArguments& a) {
   TrackingOptions options;
   options.parameters = effective_parameters(a.parameters);
   options.backend = a.backend;
   options.threads = a.threads;
   options.max_frames = a.max_frames;
+  options.calibrate_depth = a.sequence.depth_calibration.empty();
   validate(options.parameters);
   SequenceOptions input = sequence_options(a.sequence);
   input.color = false;
@@ -77,6 +105,8 @@ Trajectory track(const CalibrateArguments& a) {
   if (path.poses.empty())
     throw Error("no frame has enough depth to begin with", a.sequence.path,
                 "Check --depth-scale, preprocess.min_depth and preprocess.max_depth against the images.");
+  if (options.calibrate_depth) say_depth(path.depth);
+  if (!a.depth_output.empty()) write_depth(a, path.depth);
   return path.poses;
 }
 
@@ -156,6 +186,10 @@ void write(const CalibrateArguments& a, const OrientationStream& stream, const M
 
 int calibrate(const CalibrateArguments& a) {
   check(a);
+  if (a.orientation.path.empty()) {
+    track(a);
+    return 0;
+  }
   std::vector<std::string> notes;
   const OrientationStream stream = *load_orientation(a.orientation, &notes);
   if (!stream.options().convention.has_heading)
@@ -183,8 +217,11 @@ void add_options(CLI::App& command, CalibrateArguments& a) {
   add_sequence_arguments(command, a.sequence, false);
   add_parameter_arguments(command, a.parameters);
   add_orientation_arguments(command, a.orientation);
-  command.get_option("--orientation")->required();
   command.add_option("-o,--output", a.output, "File for the result")->capture_default_str()->type_name("FILE");
+  command
+      .add_option("--depth-output", a.depth_output,
+                  "Also a file for the depth camera's own distortion, for --depth-calibration; needs no --orientation")
+      ->type_name("FILE");
   CLI::Option* trajectory =
       command
           .add_option("--trajectory", a.trajectory, "Poses of the camera, in place of tracking it through a sequence")
@@ -215,7 +252,9 @@ void add_calibrate_command(CLI::App& app, Command& chosen, const std::string& co
   command->footer(
       "Hold the camera where it sees a room full of things, and turn it for ten seconds or more by 40° each way about "
       "all\n"
-      "three axes. The camera is tracked by its depth alone; no target is needed. If the motion was too poor, nothing "
+      "three axes. The camera is tracked by its depth alone; no target is needed. How the camera bends its depth is "
+      "found\n"
+      "from frames that saw the same things, and taken out. If the motion was too poor, nothing "
       "is\n"
       "written, the exit code is 1, and the message says what to do.");
   arguments->command_line = command_line;

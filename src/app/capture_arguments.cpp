@@ -33,7 +33,9 @@ void add_capture_arguments(CLI::App& command, CaptureArguments& a) {
   command.add_option("--imu-rate", a.imu_rate, "Readings a second; the chip has up to 100")
       ->check(CLI::Range(1.0, 200.0))
       ->capture_default_str();
-  command.add_option("--speed", a.speed, "Of a virtual camera: 1 is real time, 0 as fast as frames are taken")
+  command
+      .add_option("--speed", a.speed,
+                  "Of a virtual camera and of --realtime: 1 is real time, 0 as fast as frames are taken")
       ->check(CLI::Range(0.0, 1e3))
       ->capture_default_str();
 }

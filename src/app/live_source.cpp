@@ -19,14 +19,16 @@ constexpr Nanoseconds kReadingWait = 40'000'000;          // for the reading aft
 }  // namespace
 
 LiveSource::LiveSource(const CaptureArguments& arguments, bool color, const std::optional<Pinhole>& intrinsics,
-                       int max_frames, const OrientationStreamOptions& orientation)
+                       int max_frames, const OrientationStreamOptions& orientation, DepthDistortion distortion)
     : name_("live:" + arguments.depth),
       unix_offset_(capture::unix_offset()),
       max_frames_(max_frames),
-      orientation_(orientation) {
+      orientation_(orientation),
+      distortion_(std::move(distortion)) {
   camera_ = open_depth(arguments, color, intrinsics, 1);
   if (camera_ == nullptr)
     throw UsageError("a reconstruction needs a camera", "--depth none", "Give --depth openni2 or another camera.");
+  if (!distortion_.empty()) distortion_.check_size(camera_->info().camera.width, camera_->info().camera.height);
   imu_ = open_imu(arguments, [this](const capture::ImuReading& reading) { add(reading); });
 }
 
@@ -52,6 +54,7 @@ std::vector<std::string> LiveSource::describe() const {
                                     fmt::format("camera     {}", camera_text(device.camera)),
                                     fmt::format("           from {}", device.camera_source)};
   for (const std::string& note : device.notes) lines.push_back("note       " + note);
+  if (!distortion_.empty()) lines.push_back("note       " + distortion_.describe() + " is taken out");
   if (imu_) lines.push_back("sensor     " + imu_->description());
   return lines;
 }
@@ -64,6 +67,7 @@ std::optional<Frame> LiveSource::next(const std::function<bool()>& stopping) {
     if (!captured) continue;
     Frame frame{count_++, captured->time + unix_offset_, std::move(captured->depth), camera_->info().depth_scale,
                 std::move(captured->color)};
+    distortion_.correct(frame.depth_scale, &frame.depth);
     if (imu_) look_up(&frame);
     wait_milliseconds_ = 1e3 * to_seconds(capture::now() - begin);
     return frame;

@@ -19,7 +19,7 @@ class LiveSource : public FrameSource {
   /// Opens the devices, throwing what that throws. `max_frames` 0 is no limit; `orientation` says how the sensor's
   /// readings are to be taken.
   LiveSource(const CaptureArguments& arguments, bool color, const std::optional<Pinhole>& intrinsics, int max_frames,
-             const OrientationStreamOptions& orientation);
+             const OrientationStreamOptions& orientation, DepthDistortion distortion);
 
   SequenceInfo info() const override;
   std::vector<std::string> describe() const override;
@@ -41,6 +41,7 @@ class LiveSource : public FrameSource {
   Nanoseconds unix_offset_;  // stamps are seconds since 1970, as in recordings
   int max_frames_, count_ = 0;
   OrientationStreamOptions orientation_;
+  DepthDistortion distortion_;
   double wait_milliseconds_ = 0;
   std::optional<OrientationReading> reading_;
   SilenceWatch silence_;

@@ -1,4 +1,4 @@
-// --preset, --config and --set: the options of every command that reconstructs.
+// --preset, --quality, --config and --set: the options of every command that reconstructs.
 #pragma once
 
 #include <string>
@@ -13,13 +13,13 @@ class App;
 namespace plumbline::app {
 
 struct ParameterArguments {
-  std::string preset = "plumbline", config;
+  std::string preset = "plumbline", quality = "balanced", config;
   std::vector<std::string> settings;
 };
 
 void add_parameter_arguments(CLI::App& command, ParameterArguments& arguments);
 
-/// The preset, then the file's values, then the settings in their order. Throws Error for a bad file, UsageError for
+/// The preset in its quality, then the file's values, then the settings in their order. Throws Error for a bad file, UsageError for
 /// the rest.
 Parameters effective_parameters(const ParameterArguments& arguments);
 

@@ -17,6 +17,7 @@
 #include "app/orientation_check.h"
 #include "app/pixel_use.h"
 #include "app/progress.h"
+#include "app/realtime_source.h"
 #include "app/report.h"
 #include "app/summary.h"
 #include "backend/backend.h"
@@ -99,8 +100,11 @@ class Runner {
     if (options_.orientation)
       lines = describe(*options_.orientation, options_.orientation_source, options_.orientation_notes,
                        options_.parameters.orientation);
-    return std::make_unique<FileSource>(std::move(sequence), std::move(indices),
-                                        options_.orientation ? &*options_.orientation : nullptr, std::move(lines));
+    auto files =
+        std::make_unique<FileSource>(std::move(sequence), std::move(indices),
+                                     options_.orientation ? &*options_.orientation : nullptr, std::move(lines));
+    if (options_.realtime == 0) return files;
+    return std::make_unique<RealtimeSource>(std::move(files), options_.realtime);
   }
 
   void load_groundtruth() {
@@ -148,7 +152,7 @@ class Runner {
     run_.signal = interrupt.signal();
     run_.wall_seconds = progress.seconds();
     run_.live = source_->live();
-    if (run_.live) run_.sequence = source_->info();
+    if (options_.open_live) run_.sequence = source_->info();
   }
 
   void process(const Frame& frame, const ReadTimes& read, Progress& progress) {

@@ -27,6 +27,7 @@ struct ReconstructionOptions {
   int threads = 0;     ///< 0 = all cores
   int max_frames = 0;  ///< 0 = no limit; counted after `stride`
   int stride = 1;
+  double realtime = 0;      ///< play the sequence at so many times its speed and drop what comes too fast; 0 = wait
   SE3 initial_pose;         ///< world_from_camera of the first frame
   std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
   bool mesh = true;

@@ -29,7 +29,7 @@ struct RunArguments {
   std::string output = "out", backend = "auto", initial_pose, groundtruth;
   int threads = 0, max_frames = 0, stride = 1;
   std::vector<int> pixel_use_frames, icp_frames;
-  bool no_mesh = false, no_report = false, quiet = false, print_config = false;
+  bool realtime = false, no_mesh = false, no_report = false, quiet = false, print_config = false;
   std::string command_line;
 };
 
@@ -44,6 +44,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   options.threads = arguments.threads;
   options.max_frames = arguments.max_frames;
   options.stride = arguments.stride;
+  options.realtime = arguments.realtime ? arguments.capture.speed : 0;
   if (!arguments.initial_pose.empty()) options.initial_pose = parse_pose(arguments.initial_pose, "--initial-pose");
   options.groundtruth = arguments.groundtruth;
   options.mesh = !arguments.no_mesh;
@@ -59,6 +60,7 @@ void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) 
   if (!arguments.orientation.path.empty())
     throw UsageError("a file of orientations does not go with a live camera", "--orientation", "Give --imu.");
   if (arguments.stride != 1) throw UsageError("a live run takes what comes", "--stride", "Leave it out.");
+  if (arguments.realtime) throw UsageError("a live run is in real time", "--realtime", "Leave it out.");
   if (!arguments.orientation.imu_model.empty() || !arguments.orientation.quaternion.empty())
     throw UsageError("these are of files of orientations, not of a sensor", "--imu-model, --quaternion",
                      "Leave them out.");
@@ -66,7 +68,7 @@ void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) 
   if (arguments.capture.imu != "none") options->orientation_source = arguments.capture.imu;
   options->open_live = [arguments, orientation, input = options->input] {
     return std::make_unique<LiveSource>(arguments.capture, input.color, input.intrinsics, arguments.max_frames,
-                                        orientation);
+                                        orientation, input.depth_distortion);
   };
 }
 
@@ -83,6 +85,8 @@ int run(const RunArguments& arguments) {
   if (live) {
     set_up_live(arguments, &options);
   } else {
+    if (arguments.realtime && arguments.capture.speed <= 0)
+      throw UsageError("real time needs a speed above 0", "--speed", "Give 1, or leave out --realtime.");
     if (arguments.capture.imu != "none")
       throw UsageError("a sensor is read in live runs alone", "--imu", "Run live:, or give --orientation FILE.");
     options.orientation = load_orientation(arguments.orientation, &options.orientation_notes);
@@ -112,6 +116,8 @@ void add_options(CLI::App& command, RunArguments& arguments) {
       ->check(CLI::Range(1, 1 << 30))
       ->capture_default_str()
       ->type_name("N");
+  command.add_flag("--realtime", arguments.realtime,
+                   "Play the sequence as its camera gave it, at --speed, and drop the frames that come too fast");
   command
       .add_option("--initial-pose", arguments.initial_pose, "Pose of the first camera in the world (default: identity)")
       ->type_name("\"TX TY TZ QX QY QZ QW\"");

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/arguments.h"
+#include "io/depth_calibration_file.h"
 
 namespace plumbline::app {
 
@@ -23,6 +24,10 @@ void add_sequence_arguments(CLI::App& command, SequenceArguments& arguments, boo
   command.add_option("--depth-scale", arguments.depth_scale, "Depth readings per metre")
       ->check(CLI::Range(1e-3, 1e9))
       ->type_name("S");
+  command
+      .add_option("--depth-calibration", arguments.depth_calibration,
+                  "Take out the depth's own distortion, which `plumbline calibrate` found")
+      ->type_name("FILE");
   command.add_option("--depth-topic", arguments.depth_topic, "Of a ROS bag (default: the one that fits best)")
       ->type_name("TOPIC");
   command.add_option("--color-topic,--colour-topic", arguments.color_topic, "The same for colour")->type_name("TOPIC");
@@ -37,6 +42,8 @@ SequenceOptions sequence_options(const SequenceArguments& arguments) {
   options.undistort = !arguments.no_undistort;
   options.depth_scale = arguments.depth_scale;
   options.color = !arguments.no_color;
+  if (!arguments.depth_calibration.empty())
+    options.depth_distortion = read_depth_calibration(arguments.depth_calibration);
   if (!arguments.intrinsics.empty()) {
     const auto n = parse_numbers(arguments.intrinsics, 4, "--intrinsics", "fx,fy,cx,cy");
     options.intrinsics = Pinhole{

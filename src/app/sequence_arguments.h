@@ -13,7 +13,7 @@ class App;
 namespace plumbline::app {
 
 struct SequenceArguments {
-  std::string path, camera, intrinsics, distortion, depth_topic, color_topic;
+  std::string path, camera, intrinsics, distortion, depth_calibration, depth_topic, color_topic;
   std::optional<double> depth_scale;
   bool no_undistort = false, no_color = false;
 };

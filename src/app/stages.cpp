@@ -2,10 +2,34 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
+
 #include "io/sequence.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline::app {
+namespace {
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+double median_milliseconds(const std::function<void()>& run, double seconds) {
+  std::vector<double> times;
+  run();  // what is made at the first time is not counted
+  const auto start = std::chrono::steady_clock::now();
+  while (times.size() < 3 || milliseconds_since(start) < 1e3 * seconds) {
+    const auto begin = std::chrono::steady_clock::now();
+    run();
+    times.push_back(milliseconds_since(begin));
+  }
+  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+  std::nth_element(times.begin(), middle, times.end());
+  return *middle;
+}
 
 StageFrames simulated_frames(int width, int height, int warm_up) {
   const float focal = 525.0f * static_cast<float>(width) / 640;

@@ -37,6 +37,9 @@ struct Stage {
   bool is_whole = true;  ///< of the frame's way; else it is part of another stage
 };
 
+/// Wall time of one run, milliseconds: the median of as many as fit in `seconds`, at least three.
+double median_milliseconds(const std::function<void()>& run, double seconds);
+
 /// A volume with a few frames in it, the prediction from the last pose, and one more frame prepared.
 class StageScene {
  public:

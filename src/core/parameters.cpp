@@ -31,7 +31,7 @@ Parameters paper() {
 Parameters plumbline() {
   Parameters p;
   p.preprocess.bilateral = false;
-  p.tracking.iterations = {2, 3};
+  p.tracking.iterations = {2, 2, 3};
   p.tracking.finest_level = 1;
   p.tracking.converged_step = 0.0005;
   p.tracking.gate_per_median = 5;
@@ -58,20 +58,44 @@ struct Preset {
 constexpr Preset kPresets[] = {
     {"plumbline", plumbline}, {"paper", paper}, {"kinectfusion", [] { return Parameters(); }}};
 
-}  // namespace
+struct Quality {
+  const char* name;
+  void (*apply)(Parameters*);
+};
+constexpr Quality kQualities[] = {{"fast",
+                                   [](Parameters* p) {
+                                     p->tracking.iterations = {2, 3};
+                                     p->tracking.finest_level = 2;
+                                     p->volume.resolution = 384;
+                                   }},
+                                  {"balanced", [](Parameters*) {}},
+                                  {"best", [](Parameters* p) { p->volume.resolution = 768; }}};
 
-Parameters preset(std::string_view name) {
-  for (const Preset& known : kPresets) {
-    if (name == known.name) return known.make();
-  }
-  throw Error("there is no such preset", fmt::format("preset '{}'", name),
-              fmt::format("Choose one of: {}.", fmt::join(preset_names(), ", ")));
-}
-
-std::vector<std::string> preset_names() {
+template <class Table>
+std::vector<std::string> names_of(const Table& table) {
   std::vector<std::string> names;
-  for (const Preset& known : kPresets) names.emplace_back(known.name);
+  for (const auto& known : table) names.emplace_back(known.name);
   return names;
 }
+
+/// The entry of `table` with that name. Throws Error naming the known ones.
+template <class Table>
+const auto& find_named(const Table& table, const char* noun, std::string_view name) {
+  for (const auto& known : table) {
+    if (name == known.name) return known;
+  }
+  throw Error(fmt::format("there is no such {}", noun), fmt::format("{} '{}'", noun, name),
+              fmt::format("Choose one of: {}.", fmt::join(names_of(table), ", ")));
+}
+
+}  // namespace
+
+Parameters preset(std::string_view name) { return find_named(kPresets, "preset", name).make(); }
+std::vector<std::string> preset_names() { return names_of(kPresets); }
+
+void apply_quality(std::string_view name, Parameters* parameters) {
+  find_named(kQualities, "quality", name).apply(parameters);
+}
+std::vector<std::string> quality_names() { return names_of(kQualities); }
 
 }  // namespace plumbline

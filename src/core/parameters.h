@@ -254,4 +254,9 @@ void fields(P& p, Visitor&& v) {
 Parameters preset(std::string_view name);
 std::vector<std::string> preset_names();
 
+/// What preset `plumbline` does with more or less time (docs/results.md): `fast` tracks at a quarter of the pixels in
+/// coarser voxels, `balanced` is the preset as it is, `best` has finer voxels. Throws Error naming the known ones.
+void apply_quality(std::string_view name, Parameters* parameters);
+std::vector<std::string> quality_names();
+
 }  // namespace plumbline

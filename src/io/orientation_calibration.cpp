@@ -1,71 +1,18 @@
 #include "io/orientation_calibration.h"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
-#include "io/text_file.h"
+#include "io/calibration_file.h"
 
 namespace plumbline {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr const char* kAdvice = "Let `plumbline calibrate` write it anew.";
-
-/// The values of one file, with errors that name the line.
-class Reader {
- public:
-  explicit Reader(const std::string& path) : path_(path) {
-    try {
-      root_ = toml::parse(read_file(path), path);
-    } catch (const toml::parse_error& error) {
-      throw Error(std::string(error.description()), fmt::format("{}:{}", path, error.source().begin.line), kAdvice);
-    }
-  }
-
-  /// `count` numbers of at most `largest`.
-  std::vector<double> numbers(const char* key, std::size_t count, double largest) const {
-    const toml::node* node = find(key);
-    const toml::array* array = node->as_array();
-    std::vector<double> values;
-    if (array != nullptr)
-      for (const toml::node& item : *array) values.push_back(item.value<double>().value_or(std::nan("")));
-    else
-      values.push_back(node->value<double>().value_or(std::nan("")));
-    const bool good = values.size() == count && std::all_of(values.begin(), values.end(), [&](double v) {
-                        return std::abs(v) <= largest;  // false for NaN
-                      });
-    if (!good) fail(*node, fmt::format("{} is not {}", key, count == 1 ? "a number in range" : "a list of numbers"));
-    return values;
-  }
-
-  template <class E>
-  E choice(const char* key) const {
-    const toml::node* node = find(key);
-    const auto known = names(E{});
-    const auto found = std::find(known.begin(), known.end(), node->value_or(std::string_view()));
-    if (found == known.end()) fail(*node, fmt::format("{} has no such value", key));
-    return static_cast<E>(found - known.begin());
-  }
-
- private:
-  const toml::node* find(const char* key) const {
-    const toml::node* node = root_.at_path(key).node();
-    if (node == nullptr) throw Error(fmt::format("there is no {}", key), path_, kAdvice);
-    return node;
-  }
-  [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
-    throw Error(what, fmt::format("{}:{}", path_, node.source().begin.line), kAdvice);
-  }
-
-  std::string path_;
-  toml::table root_;
-};
 
 template <class E>
 std::string_view name_of(E value) {
@@ -94,12 +41,12 @@ void write_orientation_calibration(const std::string& path, const OrientationCal
 }
 
 OrientationCalibration read_orientation_calibration(const std::string& path) {
-  const Reader reader(path);
+  const CalibrationFile reader(path);
   OrientationCalibration c;
   const std::vector<double> q = reader.numbers("mounting.body_from_camera", 4, 1.01);
   const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
   if (std::abs(rotation.norm() - 1) > 0.01)
-    throw Error("mounting.body_from_camera is no unit quaternion", path, kAdvice);
+    throw Error("mounting.body_from_camera is no unit quaternion", path, CalibrationFile::kAdvice);
   c.body_from_camera = rotation.normalized().toRotationMatrix();
   const std::vector<double> sd = reader.numbers("mounting.sd_deg", 3, 360);
   c.mounting_sd = kDegree * Eigen::Vector3d(sd[0], sd[1], sd[2]);

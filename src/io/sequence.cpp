@@ -139,6 +139,50 @@ SequenceInfo describe(const std::string& path, const SequenceOptions& options, c
   return info;
 }
 
+/// Another sequence, without the distortion of its depth.
+class StraightenedSequence : public Sequence {
+ public:
+  StraightenedSequence(std::unique_ptr<Sequence> bent, DepthDistortion distortion)
+      : Sequence(noted(*bent, distortion), times_of(*bent)),
+        bent_(std::move(bent)),
+        distortion_(std::move(distortion)) {}
+
+  Frame read(int index) const override {
+    Frame frame = bent_->read(index);
+    distortion_.correct(frame.depth_scale, &frame.depth);
+    return frame;
+  }
+
+  ImuRecording read_imu(std::vector<std::string>* notes) const override { return bent_->read_imu(notes); }
+
+ private:
+  static SequenceInfo noted(const Sequence& bent, const DepthDistortion& distortion) {
+    SequenceInfo info = bent.info();
+    distortion.check_size(info.camera.width, info.camera.height);
+    info.notes.push_back(distortion.describe() + " is taken out");
+    return info;
+  }
+  static std::vector<Nanoseconds> times_of(const Sequence& bent) {
+    std::vector<Nanoseconds> times;
+    for (int i = 0; i < bent.size(); ++i) times.push_back(bent.time(i));
+    return times;
+  }
+
+  std::unique_ptr<Sequence> bent_;
+  DepthDistortion distortion_;
+};
+
+std::unique_ptr<Sequence> open_as_measured(const std::string& path, const SequenceOptions& options) {
+  if (std::error_code error; std::filesystem::is_regular_file(path, error)) return open_recording(path, options);
+  SequenceList list = list_sequence(path, options);
+  const ImageHeader depth = first_depth_header(list);
+  drop_unfit_color(depth, &list);
+  SequenceInfo info = describe(path, options, list, depth);
+  std::vector<Nanoseconds> times;
+  for (const SequenceEntry& entry : list.entries) times.push_back(entry.time);
+  return std::make_unique<FileSequence>(std::move(info), list, std::move(times), options.undistort);
+}
+
 }  // namespace
 
 Sequence::Sequence(SequenceInfo info, std::vector<Nanoseconds> times)
@@ -149,14 +193,9 @@ Sequence::Sequence(SequenceInfo info, std::vector<Nanoseconds> times)
 }
 
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options) {
-  if (std::error_code error; std::filesystem::is_regular_file(path, error)) return open_recording(path, options);
-  SequenceList list = list_sequence(path, options);
-  const ImageHeader depth = first_depth_header(list);
-  drop_unfit_color(depth, &list);
-  SequenceInfo info = describe(path, options, list, depth);
-  std::vector<Nanoseconds> times;
-  for (const SequenceEntry& entry : list.entries) times.push_back(entry.time);
-  return std::make_unique<FileSequence>(std::move(info), list, std::move(times), options.undistort);
+  std::unique_ptr<Sequence> sequence = open_as_measured(path, options);
+  if (options.depth_distortion.empty()) return sequence;
+  return std::make_unique<StraightenedSequence>(std::move(sequence), options.depth_distortion);
 }
 
 }  // namespace plumbline

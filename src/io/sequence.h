@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/depth_distortion.h"
 #include "core/frame.h"
 #include "core/imu_sample.h"
 #include "core/pinhole.h"
@@ -25,6 +26,7 @@ struct SequenceOptions {
   bool color = true;                     ///< read colour where there is some
   double max_time_difference = 0.02;     ///< s, between a depth image and its colour image
   std::string depth_topic, color_topic;  ///< of a ROS bag; empty: those that fit best
+  DepthDistortion depth_distortion;      ///< taken out of the depth; empty: none
 };
 
 /// What was found, in values and in words for the user.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/huge_pages.h"
 #include "io/gzip.h"
 
 namespace plumbline {
@@ -33,39 +34,59 @@ struct Descriptor {
               error == ENOENT ? "check the path" : "check that the file is a regular file that you may read");
 }
 
-void read_all(int fd, const std::string& path, std::string* bytes) {
+/// Bytes whose memory is not cleared before it is read into, which for large files costs as much as the reading.
+struct Bytes {
+  std::unique_ptr<char[]> data;
   std::size_t size = 0;
-  for (;;) {
-    if (size == bytes->size()) bytes->resize(size + 65536);
-    const ssize_t n = read(fd, bytes->data() + size, bytes->size() - size);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail_to_read(path);
-    if (n == 0) break;
-    size += static_cast<std::size_t>(n);
+  std::size_t capacity = 0;
+
+  explicit Bytes(std::size_t capacity_) : data(new char[capacity_]), capacity(capacity_) {
+    prefer_huge_pages(data.get(), capacity);
   }
-  bytes->resize(size);
+  std::string_view view() const { return {data.get(), size}; }
+};
+
+void grow(Bytes* bytes) {
+  Bytes larger(bytes->capacity + 65536);
+  std::memcpy(larger.data.get(), bytes->data.get(), bytes->size);
+  larger.size = bytes->size;
+  *bytes = std::move(larger);
 }
 
-}  // namespace
-
-std::string read_file(const std::string& path) {
+/// All of a file, which may be longer or shorter than it said it was.
+Bytes read_bytes(const std::string& path) {
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat status {};
   if (file.fd < 0 || fstat(file.fd, &status) != 0) fail_to_read(path);
   if (S_ISDIR(status.st_mode)) throw Error("is a folder, where a file is expected", path, "give the file in it");
   // One byte more than the size, so that the end is seen without growing the buffer.
-  std::string bytes(static_cast<std::size_t>(status.st_size) + 1, '\0');
-  read_all(file.fd, path, &bytes);
-  return bytes;
+  Bytes bytes(static_cast<std::size_t>(status.st_size) + 1);
+  for (;;) {
+    if (bytes.size == bytes.capacity) grow(&bytes);
+    const ssize_t n = read(file.fd, bytes.data.get() + bytes.size, bytes.capacity - bytes.size);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail_to_read(path);
+    if (n == 0) return bytes;
+    bytes.size += static_cast<std::size_t>(n);
+  }
 }
 
+}  // namespace
+
+std::string read_file(const std::string& path) { return std::string(read_bytes(path).view()); }
+
 TextFile::TextFile(const std::string& path) : path_(path) {
-  std::string bytes = read_file(path);
-  if (is_gzip(bytes)) bytes = gunzip(bytes, path);
-  content_ = std::make_shared<const std::string>(std::move(bytes));
-  std::string_view rest = *content_;
+  Bytes bytes = read_bytes(path);
+  std::string_view rest = bytes.view();
+  if (is_gzip(rest)) {
+    auto unpacked = std::make_shared<const std::string>(gunzip(rest, path));
+    rest = *unpacked;
+    content_ = std::move(unpacked);
+  } else {
+    content_ = std::shared_ptr<const char[]>(std::move(bytes.data));
+  }
   if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
-  lines_.reserve(static_cast<std::size_t>(std::count(rest.begin(), rest.end(), '\n')) + 1);
+  reserve_large(&lines_, static_cast<std::size_t>(std::count(rest.begin(), rest.end(), '\n')) + 1);
   for (int number = 1; !rest.empty(); ++number) {
     const std::size_t end = rest.find('\n');
     const std::string_view text = trim(rest.substr(0, end));

@@ -36,7 +36,7 @@ class TextFile {
 
  private:
   std::string path_;
-  std::shared_ptr<const std::string> content_;  // shared, so that the views stay good when a TextFile is moved
+  std::shared_ptr<const void> content_;  // what the views look at; shared, so that a TextFile can be copied
   std::vector<TextLine> lines_;
   std::string_view head_;
 };

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/huge_pages.h"
 #include "io/atomic_file.h"
 #include "io/seven_scenes.h"
 #include "io/stamped_lines.h"
@@ -71,7 +72,7 @@ std::optional<SE3> read_pose_matrix(const std::string& path) {
 Trajectory read_tum_trajectory(const std::string& path, std::vector<std::string>* notes) {
   const TextFile file(path);
   Trajectory trajectory;
-  trajectory.reserve(file.lines().size());
+  reserve_large(&trajectory, file.lines().size());
   std::vector<std::string_view> fields;
   for (const TextLine& line : file.lines()) {
     split_fields(line.text, true, &fields);

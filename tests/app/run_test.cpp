@@ -160,6 +160,35 @@ TEST_F(RunCommand, StrideAndMaxFramesChooseFrames) {
   EXPECT_FALSE(std::filesystem::exists(output() + "/mesh.ply"));
 }
 
+TEST_F(RunCommand, InRealTimeEveryFrameIsTakenOrCountedAsDropped) {
+  const Outcome run = plumbline(small_run(sequence(), output(), {"--realtime", "--speed", "0.5", "--no-mesh"}));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("dropped for lack of time"));
+  const auto json = summary(output());
+  EXPECT_EQ(json["live"]["captured"], kSmallFrames);
+  EXPECT_EQ(column(read_csv(output() + "/frames.csv"), "index").size() + json["live"]["dropped"].get<std::size_t>(),
+            std::size_t{kSmallFrames});
+  EXPECT_THAT(plumbline(small_run(sequence(), output(), {"--realtime", "--speed", "0"})).err, HasSubstr("--speed"));
+}
+
+TEST_F(RunCommand, QualityChangesTheDefaultPresetAlone) {
+  const auto settings = [](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"run", "--print-config"};
+    words.insert(words.end(), more.begin(), more.end());
+    return plumbline(words).out;
+  };
+  EXPECT_EQ(settings({"--quality", "balanced"}), settings({}));
+  EXPECT_THAT(settings({"--quality", "fast"}), AllOf(HasSubstr("resolution = 384"), HasSubstr("finest_level = 2")));
+  EXPECT_THAT(settings({"--quality", "best"}), HasSubstr("resolution = 768"));
+  EXPECT_THAT(settings({"--quality", "best", "--set", "volume.resolution=100"}), HasSubstr("resolution = 100"));
+  const Outcome unknown = plumbline({"run", "--print-config", "--quality", "finest"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, AllOf(HasSubstr("'finest'"), HasSubstr("fast, balanced, best")));
+  const Outcome published = plumbline({"run", "--print-config", "--preset", "paper", "--quality", "fast"});
+  EXPECT_EQ(published.exit_code, 2);
+  EXPECT_THAT(published.err, HasSubstr("--quality fast"));
+}
+
 TEST_F(RunCommand, AnInitialPoseMovesTheWholeResult) {
   const Outcome run =
       plumbline(small_run(sequence(), output(), {"--initial-pose", "1 2 3 0 0 0.70710678 0.70710678", "--no-mesh"}));

@@ -53,6 +53,21 @@ TEST(Config, AnUnknownPresetNamesTheKnownOnes) {
   EXPECT_THAT(error_of([] { preset("kinfu"); }), AllOf(HasSubstr("'kinfu'"), HasSubstr("kinectfusion")));
 }
 
+TEST(Config, EveryQualityOfTheDefaultPresetIsValid) {
+  EXPECT_THAT(quality_names(), testing::ElementsAre("fast", "balanced", "best"));
+  for (const std::string& name : quality_names()) {
+    Parameters parameters = preset("plumbline");
+    apply_quality(name, &parameters);
+    EXPECT_NO_THROW(validate(parameters)) << name;
+    EXPECT_EQ(to_toml(parameters) == to_toml(preset("plumbline")), name == "balanced") << name;
+  }
+  EXPECT_THAT(error_of([] {
+                Parameters p;
+                apply_quality("finest", &p);
+              }),
+              AllOf(HasSubstr("'finest'"), HasSubstr("balanced")));
+}
+
 TEST(Config, PrintedParametersReadBackToTheBit) {
   Parameters p;
   p.preprocess.min_depth = 0.1 + 0.2;  // needs all 17 digits

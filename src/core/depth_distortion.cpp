@@ -1,0 +1,68 @@
+#include "core/depth_distortion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+
+namespace plumbline {
+
+DepthDistortion::DepthDistortion(int width, int height)
+    : width_(width), height_(height), step_(static_cast<double>(width - 1) / (kColumns - 1)) {
+  rows_ = static_cast<int>(std::ceil((height - 1) / step_ - 1e-9)) + 1;
+  values_.assign(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(rows_), 0);
+}
+
+double DepthDistortion::rms() const {
+  double sum = 0;
+  for (const double value : values_) sum += value * value;
+  return values_.empty() ? 0 : std::sqrt(sum / static_cast<double>(values_.size()));
+}
+
+DepthDistortion::Nodes DepthDistortion::nodes(double x, double y) const {
+  // The last node belongs to the cell before it.
+  const double column = std::clamp(x / step_, 0.0, kColumns - 1 - 1e-9),
+               row = std::clamp(y / step_, 0.0, rows_ - 1 - 1e-9);
+  const double a = column - std::floor(column), b = row - std::floor(row);
+  const std::size_t first = static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column);
+  return {{first, first + 1, first + kColumns, first + kColumns + 1},
+          {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b}};
+}
+
+double DepthDistortion::at(double x, double y) const {
+  const Nodes n = nodes(x, y);
+  double sum = 0;
+  for (std::size_t i = 0; i < 4; ++i) sum += n.share[i] * values_[n.index[i]];
+  return sum;
+}
+
+std::string DepthDistortion::describe() const {
+  constexpr double kDepth = 2;  // metres: dz = z² d(1/z)
+  return fmt::format("a distortion of the depth of {:.1f} cm rms at {} m", 100 * kDepth * kDepth * rms(), kDepth);
+}
+
+void DepthDistortion::check_size(int width, int height) const {
+  if (width == width_ && height == height_) return;
+  throw Error(fmt::format("it is of images of {}x{}, these are {}x{}", width_, height_, width, height),
+              "depth calibration", "Calibrate the depth with a recording of this size.");
+}
+
+void DepthDistortion::correct(double readings_per_metre, DepthImage* depth) const {
+  if (empty()) return;
+  check_size(depth->width, depth->height);
+  constexpr double kLargest = std::numeric_limits<std::uint16_t>::max();
+  for (int y = 0; y < height_; ++y) {
+    std::uint16_t* row = depth->row(y);
+    for (int x = 0; x < width_; ++x) {
+      if (row[x] == 0) continue;
+      const double inverse = readings_per_metre / row[x] - at(x, y);
+      const double reading = inverse > 0 ? std::round(readings_per_metre / inverse) : 0;
+      row[x] = static_cast<std::uint16_t>(reading <= kLargest ? reading : 0);
+    }
+  }
+}
+
+}  // namespace plumbline

@@ -1,0 +1,50 @@
+// A depth camera's own distortion from what it sees: two frames that saw one thing in different parts of the image must
+// agree about it. No target, no sensor, no model: only a path that is roughly right.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "core/depth_distortion.h"
+#include "core/frame.h"
+#include "core/parameters.h"
+#include "tracking/live_frame.h"
+
+namespace plumbline {
+
+struct DepthCalibrationResult {
+  DepthDistortion distortion;
+  std::size_t pairs = 0;         ///< of frames, that were used
+  double before = 0, after = 0;  ///< 1/m: rms of what they disagree by, outliers bounded
+};
+
+class DepthCalibration {
+ public:
+  /// `backend` must outlive it. `frames`: how many there will be; about two hundred of them are kept.
+  DepthCalibration(const Pinhole& camera, const PreprocessParameters& parameters, const Backend& backend, int frames);
+
+  /// Frames in order of time, as they were measured.
+  void add(const Frame& frame);
+
+  /// Point-to-plane registration of pairs of frames, where beside each pair's motion one distortion of all of them is
+  /// unknown (Gauss-Newton; the motions are eliminated). The residual is one of inverse depth, so that a smaller world
+  /// does not fit better. The path, world_from_camera, gives the motions to start from. Nothing if too few frames
+  /// overlap after the camera has moved.
+  std::optional<DepthCalibrationResult> estimate(const Trajectory& path) const;
+
+  /// One frame on a coarse level of the pyramid: metres, and normals towards the camera.
+  struct View {
+    Nanoseconds time;
+    Image<float> depth, normal_x, normal_y, normal_z;
+  };
+
+ private:
+  Pinhole camera_;
+  const Backend* backend_;
+  int level_, stride_, seen_ = 0;
+  LiveFrame live_;
+  std::vector<View> views_;
+};
+
+}  // namespace plumbline
