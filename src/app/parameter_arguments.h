@@ -19,8 +19,8 @@ struct ParameterArguments {
 
 void add_parameter_arguments(CLI::App& command, ParameterArguments& arguments);
 
-/// The preset in its quality, then the file's values, then the settings in their order. Throws Error for a bad file, UsageError for
-/// the rest.
+/// The preset in its quality, then the file's values, then the settings in their order. Throws Error for a bad file,
+/// UsageError for the rest.
 Parameters effective_parameters(const ParameterArguments& arguments);
 
 }  // namespace plumbline::app
