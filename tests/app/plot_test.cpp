@@ -11,11 +11,13 @@
 #include "app/program.h"
 #include "core/error.h"
 #include "io/image_file.h"
+#include "support/error_of.h"
 
 namespace plumbline::app {
 namespace {
 
 namespace fs = std::filesystem;
+using test::error_of;
 using test::read_text;
 using test::write_text;
 using testing::AllOf;
@@ -47,15 +49,6 @@ Plot red_bar() {
   plot.panel_width = 300;
   plot.panel_height = 200;
   return plot;
-}
-
-std::string message_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST_F(PlotFile, PngShowsTheBarInItsColour) {
@@ -128,13 +121,13 @@ TEST_F(PlotFile, LongSeriesAreThinnedButKeepTheirPeaks) {
 }
 
 TEST_F(PlotFile, RefusesWhatItCannotDraw) {
-  EXPECT_THAT(message_of([&] { save_plot(red_bar(), path("bar.jpg")); }), HasSubstr("end in .svg or .png"));
-  EXPECT_THAT(message_of([&] { check_plot(path("bar")); }), HasSubstr("end in .svg or .png"));
-  EXPECT_THAT(message_of([&] { save_plot(red_bar(), path("none/bar.png")); }), HasSubstr("create the folder first"));
-  EXPECT_THAT(message_of([&] { save_plot({}, path("bar.png")); }), HasSubstr("no panels"));
+  EXPECT_THAT(error_of([&] { save_plot(red_bar(), path("bar.jpg")); }), HasSubstr("end in .svg or .png"));
+  EXPECT_THAT(error_of([&] { check_plot(path("bar")); }), HasSubstr("end in .svg or .png"));
+  EXPECT_THAT(error_of([&] { save_plot(red_bar(), path("none/bar.png")); }), HasSubstr("create the folder first"));
+  EXPECT_THAT(error_of([&] { save_plot({}, path("bar.png")); }), HasSubstr("no panels"));
   Plot uneven = red_bar();
   uneven.panels[0].series[0].x.push_back(1);
-  EXPECT_THAT(message_of([&] { save_plot(uneven, path("bar.png")); }), HasSubstr("4 values of x and 3 of y"));
+  EXPECT_THAT(error_of([&] { save_plot(uneven, path("bar.png")); }), HasSubstr("4 values of x and 3 of y"));
   EXPECT_EQ(files(), 0u);
 }
 
@@ -142,8 +135,8 @@ TEST_F(PlotFile, SaysWhatToInstallWhereGnuplotIsMissing) {
   write_text(path("old.svg"), "mine");
   const std::string search = std::getenv("PATH");
   setenv("PATH", folder_.c_str(), 1);
-  const std::string drawing = message_of([&] { save_plot(red_bar(), path("old.svg")); });
-  const std::string checking = message_of([&] { check_plot(path("old.svg")); });
+  const std::string drawing = error_of([&] { save_plot(red_bar(), path("old.svg")); });
+  const std::string checking = error_of([&] { check_plot(path("old.svg")); });
   setenv("PATH", search.c_str(), 1);
   EXPECT_THAT(drawing, HasSubstr("apt-get install gnuplot-nox"));
   EXPECT_EQ(drawing, checking);

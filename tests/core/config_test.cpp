@@ -9,25 +9,15 @@
 #include <random>
 
 #include "core/error.h"
+#include "support/error_of.h"
 
 namespace plumbline {
 namespace {
 
+using test::error_of;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-
-/// The message of the Error that `action` throws; a failed test if it does not.
-template <class Action>
-std::string error_of(Action&& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "no Error was thrown";
-  return {};
-}
 
 std::string parse_error(const std::string& toml) {
   return error_of([&] {

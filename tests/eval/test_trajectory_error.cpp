@@ -18,11 +18,13 @@
 
 #include "core/error.h"
 #include "support/data.h"
+#include "support/error_of.h"
 
 namespace plumbline::eval {
 namespace {
 
 using Eigen::Vector3d;
+using test::error_of;
 using ::testing::HasSubstr;
 
 constexpr Nanoseconds kMillisecond = 1'000'000;
@@ -48,15 +50,6 @@ Trajectory transformed(const Trajectory& trajectory, const SE3& left) {
   Trajectory result = trajectory;
   for (StampedPose& pose : result) pose.world_from_camera = left * pose.world_from_camera;
   return result;
-}
-
-std::string message_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 /// The tool's own definition: every pair within the limit, sorted, taken while both are free.
@@ -199,23 +192,23 @@ TEST(AbsoluteError, SaysHowFarTheClocksAreApart) {
   Trajectory late = reference, early = reference;
   for (StampedPose& pose : late) pose.time += 50 * kNanosecondsPerSecond;
   for (StampedPose& pose : early) pose.time -= 50 * kNanosecondsPerSecond;
-  EXPECT_THAT(message_of([&] { absolute_trajectory_error(reference, late); }),
+  EXPECT_THAT(error_of([&] { absolute_trajectory_error(reference, late); }),
               HasSubstr("the estimate begins 49.033333 s after the reference ends"));
-  EXPECT_THAT(message_of([&] { absolute_trajectory_error(reference, early); }),
+  EXPECT_THAT(error_of([&] { absolute_trajectory_error(reference, early); }),
               HasSubstr("the estimate ends 49.033333 s before the reference begins"));
-  EXPECT_THAT(message_of([&] { relative_trajectory_error(reference, late, {.delta = 0.2}); }),
+  EXPECT_THAT(error_of([&] { relative_trajectory_error(reference, late, {.delta = 0.2}); }),
               HasSubstr("49.033333 s after"));
   EXPECT_EQ(absolute_trajectory_error(reference, late, {.offset = -50 * kNanosecondsPerSecond}).pairs.size(), 30U);
 }
 
 TEST(AbsoluteError, RefusesTooFewPairsAndPosesThatAreNotFinite) {
   const Trajectory two = winding(2);
-  EXPECT_THAT(message_of([&] { absolute_trajectory_error(two, two); }), HasSubstr("only 2 pairs of poses"));
-  EXPECT_THAT(message_of([&] { absolute_trajectory_error({}, two); }), HasSubstr("reference has no poses"));
-  EXPECT_THAT(message_of([&] { absolute_trajectory_error(two, {}); }), HasSubstr("estimate has no poses"));
+  EXPECT_THAT(error_of([&] { absolute_trajectory_error(two, two); }), HasSubstr("only 2 pairs of poses"));
+  EXPECT_THAT(error_of([&] { absolute_trajectory_error({}, two); }), HasSubstr("reference has no poses"));
+  EXPECT_THAT(error_of([&] { absolute_trajectory_error(two, {}); }), HasSubstr("estimate has no poses"));
   Trajectory broken = winding(10);
   broken[4].world_from_camera = SE3(Eigen::Matrix3d::Identity(), {0, std::nan(""), 0});
-  EXPECT_THAT(message_of([&] { absolute_trajectory_error(winding(10), broken); }),
+  EXPECT_THAT(error_of([&] { absolute_trajectory_error(winding(10), broken); }),
               HasSubstr("pose 4 of the estimate (t = 100.133333) is not finite"));
 }
 
@@ -324,10 +317,10 @@ TEST(RelativeError, RefusesWhatItCannotDo) {
   const Trajectory path = straight(20, 1, 0);
   EXPECT_THROW(relative_trajectory_error(path, path, {.delta = 0}), Error);
   EXPECT_THROW(relative_trajectory_error(path, path, {.delta = std::nan("")}), Error);
-  EXPECT_THAT(message_of([&] { relative_trajectory_error(path, path, {.delta = 100}); }), HasSubstr("only 0 pairs"));
-  EXPECT_THAT(message_of([&] { relative_trajectory_error(path, {}, {}); }), HasSubstr("estimate has no poses"));
+  EXPECT_THAT(error_of([&] { relative_trajectory_error(path, path, {.delta = 100}); }), HasSubstr("only 0 pairs"));
+  EXPECT_THAT(error_of([&] { relative_trajectory_error(path, {}, {}); }), HasSubstr("estimate has no poses"));
   const Trajectory many = straight(20000, 1, 0);
-  EXPECT_THAT(message_of([&] { relative_trajectory_error(many, many, {.all_pairs = true, .max_pairs = 0}); }),
+  EXPECT_THAT(error_of([&] { relative_trajectory_error(many, many, {.all_pairs = true, .max_pairs = 0}); }),
               HasSubstr("too many"));
 }
 

@@ -12,10 +12,12 @@
 #include "core/config.h"
 #include "core/error.h"
 #include "io/camera.h"
+#include "io/depth_calibration_file.h"
 #include "io/imu_file.h"
 #include "io/jpeg.h"
 #include "io/kinect_calibration.h"
 #include "io/mesh.h"
+#include "io/orientation_calibration.h"
 #include "io/orientation_file.h"
 #include "io/png.h"
 #include "io/sequence.h"
@@ -126,10 +128,12 @@ const std::vector<Target>& targets() {
       {"calibration",
        [](std::string_view bytes) { parse_kinect_calibration(bytes, "NFOV_UNBINNED", 640, 576, 1280, 720, "x"); }},
       {"camera", camera},
+      {"depth_calibration", on_file([](const std::string& path) { read_depth_calibration(path); })},
       {"imu", on_file([](const std::string& path) { read_imu(path); })},
       {"jpeg", jpeg},
       {"list", [](std::string_view bytes) { list_folder("depth.txt", bytes); }},
       {"mkv", open_and_read},
+      {"mounting", on_file([](const std::string& path) { read_orientation_calibration(path); })},
       {"obj", on_file([](const std::string& path) { read_obj(path); })},
       {"orientation", on_file([](const std::string& path) { read_orientations(path, {}); })},
       {"ply", on_file([](const std::string& path) { read_ply(path); })},
