@@ -80,11 +80,7 @@ void write_depth(const CalibrateArguments& a, const std::optional<DepthCalibrati
   if (!depth)
     throw Error("the depth's distortion could not be told", a.sequence.path,
                 "Hold the camera where it sees a room full of things, and turn it about for ten seconds or more.");
-  write_depth_calibration(
-      a.depth_output, depth->distortion,
-      {"How a depth camera bends what it sees, for `--depth-calibration FILE`. Made by", a.command_line,
-       fmt::format("from {} pairs of frames; they disagree by {:.4f}/m before, {:.4f}/m after.", depth->pairs,
-                   depth->before, depth->after)});
+  save_depth_calibration(a.depth_output, *depth, a.command_line);
   say("written    {}; use it with `plumbline run SEQUENCE --depth-calibration {}`", a.depth_output, a.depth_output);
 }
 

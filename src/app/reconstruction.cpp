@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -20,6 +21,7 @@
 #include "app/realtime_source.h"
 #include "app/report.h"
 #include "app/summary.h"
+#include "app/tracked_path.h"
 #include "backend/backend.h"
 #include "core/config.h"
 #include "core/error.h"
@@ -93,9 +95,10 @@ class Runner {
     describe_run();
   }
 
-  std::unique_ptr<FrameSource> open_files() const {
+  std::unique_ptr<FrameSource> open_files() {
     std::unique_ptr<Sequence> sequence = open_sequence(options_.sequence, options_.input);
     std::vector<int> indices = chosen_frames(*sequence, options_);
+    if (is_to_be_calibrated()) sequence = straighten(std::move(sequence), indices);
     std::vector<std::string> lines;
     if (options_.orientation)
       lines = describe(*options_.orientation, options_.orientation_source, options_.orientation_notes,
@@ -105,6 +108,31 @@ class Runner {
                                      options_.orientation ? &*options_.orientation : nullptr, std::move(lines));
     if (options_.realtime == 0) return files;
     return std::make_unique<RealtimeSource>(std::move(files), options_.realtime);
+  }
+
+  /// A camera that plays in real time is not known beforehand.
+  bool is_to_be_calibrated() const {
+    return options_.parameters.preprocess.calibrate_depth && options_.input.depth_distortion.empty() &&
+           options_.realtime == 0;
+  }
+
+  /// What cannot be read here is told by the run, which keeps all that came before it.
+  std::unique_ptr<Sequence> straighten(std::unique_ptr<Sequence> sequence, const std::vector<int>& frames) {
+    const auto start = std::chrono::steady_clock::now();
+    const InterruptGuard interrupt;
+    TrackingOptions tracking{.parameters = options_.parameters, .backend = options_.backend};
+    tracking.threads = options_.threads;
+    tracking.quiet = true;
+    tracking.stopping = [&] { return interrupt.signal() != 0; };
+    try {
+      run_.depth = calibrate_depth(*sequence, frames, tracking);
+    } catch (const std::exception&) {
+      run_.signal = interrupt.signal();
+      if (run_.signal != 0) throw_nothing_tracked();
+    }
+    run_.depth_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (!run_.depth) return sequence;
+    return straightened(std::move(sequence), run_.depth->distortion);
   }
 
   void load_groundtruth() {
@@ -133,6 +161,9 @@ class Runner {
   void describe_run() const {
     if (options_.quiet) return;
     for (const std::string& line : source_->describe()) say(line);
+    if (run_.depth)
+      say("depth      its distortion was found in {:.1f} s, from {} pairs of frames", run_.depth_seconds,
+          run_.depth->pairs);
     say("volume     {}", volume_text(options_.parameters.volume));
     say("backend    {}", run_.backend);
     say("output     {}", options_.output);
@@ -246,6 +277,7 @@ class Runner {
       write_ply(output("mesh.ply"), run_.mesh);
     }
     write_text(output("config.toml"), to_toml(options_.parameters));
+    write_depth();
     if (log_) log_->commit();
     write_text(output("summary.json"), summary_json(run_));
     write_page();
@@ -253,6 +285,14 @@ class Runner {
     for (const std::string& line : summary_text(run_)) say(line);
     if (!run_.report.empty()) say("report     {}", run_.report);
     if (options_.report && !can_report()) say("report     none: this program was built without it (PLUMBLINE_REPORT)");
+  }
+
+  /// For other recordings of this camera. One of an earlier run would tell of another.
+  void write_depth() {
+    const std::string path = output("depth.toml");
+    if (run_.depth) return save_depth_calibration(path, *run_.depth, options_.command_line);
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
   }
 
   /// Last, and never what a run fails for: the other files hold all that is in the page.

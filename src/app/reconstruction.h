@@ -15,6 +15,7 @@
 #include "imu/orientation_stream.h"
 #include "io/sequence.h"
 #include "pipeline/pipeline.h"
+#include "tracking/depth_calibration.h"
 
 namespace plumbline::app {
 
@@ -48,16 +49,18 @@ struct Reconstruction {
   Parameters parameters;
   std::string backend;  ///< in words
   std::string command_line;
-  std::vector<FrameReport> frames;  ///< every frame that was processed
-  std::vector<ReadTimes> reads;     ///< one a frame
-  Trajectory trajectory;            ///< of the tracked frames
-  Mesh mesh;                        ///< empty if none was asked for
-  SE3 world_from_volume;            ///< of the volume's corner
-  double volume_side = 0;           ///< metres
-  std::string orientation;          ///< source in words, or empty
-  std::string orientation_message;  ///< what the user should know about the readings, or empty
-  std::string groundtruth;          ///< path, or empty
-  Trajectory truth;                 ///< its poses, or empty
+  std::vector<FrameReport> frames;              ///< every frame that was processed
+  std::vector<ReadTimes> reads;                 ///< one a frame
+  Trajectory trajectory;                        ///< of the tracked frames
+  Mesh mesh;                                    ///< empty if none was asked for
+  SE3 world_from_volume;                        ///< of the volume's corner
+  double volume_side = 0;                       ///< metres
+  std::string orientation;                      ///< source in words, or empty
+  std::string orientation_message;              ///< what the user should know about the readings, or empty
+  std::optional<DepthCalibrationResult> depth;  ///< the distortion that this run found and took out
+  double depth_seconds = 0;                     ///< that finding it took
+  std::string groundtruth;                      ///< path, or empty
+  Trajectory truth;                             ///< its poses, or empty
   std::optional<eval::AbsoluteError> ate;
   std::string ate_note;            ///< why there is no `ate` although there is a ground truth
   std::optional<LiveCounts> live;  ///< of a live run

@@ -46,6 +46,15 @@ Json sequence_json(const SequenceInfo& info) {
           {"notes", info.notes}};
 }
 
+Json depth_json(const Reconstruction& run) {
+  if (!run.depth) return {};
+  return {{"rms_per_m", run.depth->distortion.rms()},
+          {"pairs", run.depth->pairs},
+          {"before_per_m", run.depth->before},
+          {"after_per_m", run.depth->after},
+          {"seconds", run.depth_seconds}};
+}
+
 Json camera_json(const SequenceInfo& info) {
   const Pinhole& k = info.camera;
   const Distortion& d = info.distortion;
@@ -159,6 +168,7 @@ std::string summary_json(const Reconstruction& run) {
       {"command", run.command_line},
       {"sequence", sequence_json(run.sequence)},
       {"camera", camera_json(run.sequence)},
+      {"depth_calibration", depth_json(run)},
       {"volume", volume_json(run)},
       {"backend", run.backend},
       {"frames", run.frames.size()},

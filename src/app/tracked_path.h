@@ -1,8 +1,10 @@
 // The camera's path through a sequence, by our own tracker from depth alone.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/frame.h"
 #include "core/parameters.h"
@@ -14,10 +16,11 @@ namespace plumbline::app {
 struct TrackingOptions {
   Parameters parameters;
   std::string backend = "auto";
-  int threads = 0;     ///< 0 = all cores
-  int max_frames = 0;  ///< 0 = all
-  bool quiet = false;  ///< no progress
-  /// Also find out how the depth is bent, and track it straightened: three passes instead of one.
+  int threads = 0;                      ///< 0 = all cores
+  int max_frames = 0;                   ///< 0 = all
+  bool quiet = false;                   ///< no progress
+  std::function<bool()> stopping = {};  ///< of calibrate_depth, asked before each frame
+  /// Of track_path: also find out how the depth is bent, and track it straightened: three passes instead of one.
   bool calibrate_depth = false;
 };
 
@@ -29,5 +32,15 @@ struct TrackedPath {
 
 /// Throws Error for a frame that cannot be read, or if Ctrl-C was pressed.
 TrackedPath track_path(const Sequence& sequence, const TrackingOptions& options);
+
+/// How the camera bends its depth, before a run over these frames of the sequence: two hundred of them, in pieces, are
+/// tracked and compared. Nothing if they tell too little. Throws as track_path does. Of `options.parameters` only the
+/// range of depth counts: it is tracked by preset `plumbline`, fast.
+std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, const std::vector<int>& frames,
+                                                      const TrackingOptions& options);
+
+/// For `--depth-calibration FILE`. Throws Error if it cannot be written whole.
+void save_depth_calibration(const std::string& path, const DepthCalibrationResult& found,
+                            const std::string& command_line);
 
 }  // namespace plumbline::app

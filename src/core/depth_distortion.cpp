@@ -9,6 +9,19 @@
 #include "core/error.h"
 
 namespace plumbline {
+namespace {
+
+/// Without branches, so that it becomes vector code: no reading is 1/0, and stays none.
+void correct_row(float readings_per_metre, const float* errors, int width, std::uint16_t* row) {
+  constexpr float kLargest = std::numeric_limits<std::uint16_t>::max();
+  for (int x = 0; x < width; ++x) {
+    const float inverse = readings_per_metre / static_cast<float>(row[x]) - errors[x];
+    const float reading = readings_per_metre / inverse + 0.5f;
+    row[x] = static_cast<std::uint16_t>(inverse > 0 && reading <= kLargest ? static_cast<int>(reading) : 0);
+  }
+}
+
+}  // namespace
 
 DepthDistortion::DepthDistortion(int width, int height)
     : width_(width), height_(height), step_(static_cast<double>(width - 1) / (kColumns - 1)) {
@@ -53,15 +66,21 @@ void DepthDistortion::check_size(int width, int height) const {
 void DepthDistortion::correct(double readings_per_metre, DepthImage* depth) const {
   if (empty()) return;
   check_size(depth->width, depth->height);
-  constexpr double kLargest = std::numeric_limits<std::uint16_t>::max();
+  std::vector<float> errors(static_cast<std::size_t>(width_));
   for (int y = 0; y < height_; ++y) {
-    std::uint16_t* row = depth->row(y);
-    for (int x = 0; x < width_; ++x) {
-      if (row[x] == 0) continue;
-      const double inverse = readings_per_metre / row[x] - at(x, y);
-      const double reading = inverse > 0 ? std::round(readings_per_metre / inverse) : 0;
-      row[x] = static_cast<std::uint16_t>(reading <= kLargest ? reading : 0);
-    }
+    fill_row(y, &errors);
+    correct_row(static_cast<float>(readings_per_metre), errors.data(), width_, depth->row(y));
+  }
+}
+
+void DepthDistortion::fill_row(int y, std::vector<float>* errors) const {
+  for (int column = 0; column + 1 < kColumns; ++column) {
+    const double left = at(column * step_, y), right = at((column + 1) * step_, y);
+    const bool is_last = column + 2 == kColumns;
+    const auto first = static_cast<int>(std::ceil(column * step_)),
+               end = is_last ? width_ : static_cast<int>(std::floor((column + 1) * step_)) + 1;
+    for (int x = first; x < end; ++x)
+      (*errors)[static_cast<std::size_t>(x)] = static_cast<float>(left + (x / step_ - column) * (right - left));
   }
 }
 

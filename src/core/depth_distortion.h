@@ -48,6 +48,9 @@ class DepthDistortion {
   void correct(double readings_per_metre, DepthImage* depth) const;
 
  private:
+  /// The error of each pixel of a row.
+  void fill_row(int y, std::vector<float>* errors) const;
+
   int width_ = 0, height_ = 0, rows_ = 0;
   double step_ = 1;  ///< pixels from node to node
   std::vector<double> values_;

@@ -30,6 +30,7 @@ Parameters paper() {
 /// follows the distances, for fast motion; a volume that reaches as far around the camera as the sensor sees.
 Parameters plumbline() {
   Parameters p;
+  p.preprocess.calibrate_depth = true;
   p.preprocess.bilateral = false;
   p.tracking.iterations = {2, 2, 3};
   p.tracking.finest_level = 1;
@@ -69,7 +70,11 @@ constexpr Quality kQualities[] = {{"fast",
                                      p->volume.resolution = 384;
                                    }},
                                   {"balanced", [](Parameters*) {}},
-                                  {"best", [](Parameters* p) { p->volume.resolution = 768; }}};
+                                  {"best", [](Parameters* p) {
+                                     p->tracking.converged_step = 0.00025;
+                                     p->tracking.max_iterations = 20;
+                                     p->volume.resolution = 768;
+                                   }}};
 
 template <class Table>
 std::vector<std::string> names_of(const Table& table) {

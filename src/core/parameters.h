@@ -36,6 +36,7 @@ constexpr auto names(LambdaSchedule) {
 }
 
 struct PreprocessParameters {
+  bool calibrate_depth = false;
   double min_depth = 0.3;
   double max_depth = 8.0;
   bool bilateral = true;
@@ -120,6 +121,8 @@ struct Parameters {
 
 template <class P, class Visitor>
 void preprocess_fields(P& p, Visitor&& v) {
+  v("calibrate_depth", p.calibrate_depth, "",
+    "before a recorded sequence is run, find from it how the camera bends its depth, and take that out", Range{});
   v("min_depth", p.min_depth, "m", "readings nearer than this are ignored", Range{0, 100});
   v("max_depth", p.max_depth, "m", "readings farther than this are ignored", Range{0, 100});
   v("bilateral", p.bilateral, "", "smooth the depth that is tracked (the fused depth stays raw)", Range{});

@@ -195,7 +195,11 @@ Sequence::Sequence(SequenceInfo info, std::vector<Nanoseconds> times)
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options) {
   std::unique_ptr<Sequence> sequence = open_as_measured(path, options);
   if (options.depth_distortion.empty()) return sequence;
-  return std::make_unique<StraightenedSequence>(std::move(sequence), options.depth_distortion);
+  return straightened(std::move(sequence), options.depth_distortion);
+}
+
+std::unique_ptr<Sequence> straightened(std::unique_ptr<Sequence> bent, DepthDistortion distortion) {
+  return std::make_unique<StraightenedSequence>(std::move(bent), std::move(distortion));
 }
 
 }  // namespace plumbline

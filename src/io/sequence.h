@@ -80,6 +80,10 @@ class Sequence {
 /// fit the images.
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options = {});
 
+/// The same sequence with that distortion taken out of its depth, which its notes then say. Throws Error for images of
+/// another size.
+std::unique_ptr<Sequence> straightened(std::unique_ptr<Sequence> bent, DepthDistortion distortion);
+
 /// The names that SequenceOptions::camera takes.
 std::vector<std::string> camera_names();
 

@@ -26,6 +26,7 @@ constexpr double kRedundancy = 100;  // points that tell no more than one: neigh
 constexpr int kFewestPoints = 300;
 constexpr double kLeastOverlap = 0.3;
 constexpr int kPoseRounds = 4, kRounds = 14;
+constexpr double kSettled = 1e-4;  // 1/m: a smaller step of the nodes is the last
 
 // What is known beforehand: 1/m, of a node, and of its second difference. Herrera et al. show patterns of some tenths
 // of a pixel (a pixel is 0.023/m with a Kinect) and one or two bumps across the image.
@@ -60,7 +61,10 @@ struct PointResidual {
 class Estimator {
  public:
   Estimator(const std::vector<DepthCalibration::View>& views, const Pinhole& camera, int level)
-      : views_(views), camera_(camera.level(level)), scale_(1 << level), distortion_(camera.width, camera.height) {}
+      : views_(views), camera_(camera.level(level)), scale_(1 << level), distortion_(camera.width, camera.height) {
+    tabulate_nodes();
+    tabulate_distortion();
+  }
 
   void choose_pairs(const Trajectory& path);
 
@@ -71,6 +75,7 @@ class Estimator {
       result.pairs = iterate(round < kPoseRounds / 2 ? kWideGate : kGate, joint);
       if (result.pairs < kFewestPairs) return std::nullopt;
       (joint ? result.after : result.before) = rms_;
+      if (joint && step_ < kSettled) break;
     }
     result.distortion = distortion_;
     return result;
@@ -84,10 +89,12 @@ class Estimator {
     Vector3d position() const { return z * ray; }
   };
   std::optional<Point> point(const DepthCalibration::View& view, int x, int y) const;
-  DepthDistortion::Nodes nodes(int x, int y) const {
-    return distortion_.nodes((x + 0.5) * scale_ - 0.5, (y + 0.5) * scale_ - 0.5);
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) + static_cast<std::size_t>(x);
   }
-  double distortion(int x, int y) const { return distortion_.at((x + 0.5) * scale_ - 0.5, (y + 0.5) * scale_ - 0.5); }
+  void tabulate_nodes();
+  /// After each step.
+  void tabulate_distortion();
 
   std::size_t iterate(double gate, bool joint);
   Equations equations(const Pair& pair, double gate, bool joint) const;
@@ -100,9 +107,26 @@ class Estimator {
   Pinhole camera_;  ///< of the views
   int scale_;       ///< pixels of the image along one of a view
   DepthDistortion distortion_;
+  std::vector<DepthDistortion::Nodes> nodes_;  ///< of each pixel of a view
+  std::vector<double> bend_;                   ///< the distortion there, 1/m
   std::vector<Pair> pairs_;
-  double rms_ = 0;
+  double rms_ = 0, step_ = 0;  // 1/m, of the last iteration
 };
+
+void Estimator::tabulate_nodes() {
+  for (int y = 0; y < camera_.height; ++y)
+    for (int x = 0; x < camera_.width; ++x)
+      nodes_.push_back(distortion_.nodes((x + 0.5) * scale_ - 0.5, (y + 0.5) * scale_ - 0.5));
+}
+
+void Estimator::tabulate_distortion() {
+  bend_.clear();
+  for (const DepthDistortion::Nodes& n : nodes_) {
+    double sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) sum += n.share[i] * distortion_.values()[n.index[i]];
+    bend_.push_back(sum);
+  }
+}
 
 void Estimator::choose_pairs(const Trajectory& path) {
   std::vector<std::pair<std::size_t, SE3>> known;  // views and where they were taken
@@ -115,9 +139,10 @@ void Estimator::choose_pairs(const Trajectory& path) {
     std::size_t j = i + 1;
     for (const double far : {kNear, kFar}) {
       const auto motion = [&] { return known[j].second.inverse() * known[i].second; };
-      const auto moved = [&](const SE3& m) { return so3::angle(m.rotation()) + m.translation().norm() / kSceneDepth; };
-      while (j < known.size() && moved(motion()) < far) ++j;
-      if (j == known.size() || to_seconds(views_[known[j].first].time - views_[known[i].first].time) > kLongest) break;
+      while (j < known.size() && view_change(motion()) < far) ++j;
+      if (j == known.size()) break;
+      const DepthCalibration::View &first = views_[known[i].first], &second = views_[known[j].first];
+      if (first.piece != second.piece || to_seconds(second.time - first.time) > kLongest) break;
       pairs_.push_back({known[i].first, known[j].first, motion()});
     }
   }
@@ -127,7 +152,7 @@ std::optional<Estimator::Point> Estimator::point(const DepthCalibration::View& v
   const double z = view.depth.at(x, y);
   const Vector3d normal(view.normal_x.at(x, y), view.normal_y.at(x, y), view.normal_z.at(x, y));
   if (!(z > 0) || normal.squaredNorm() < 0.5) return std::nullopt;
-  const double inverse = 1 / z - distortion(x, y);
+  const double inverse = 1 / z - bend_[index(x, y)];
   if (inverse < 0.05) return std::nullopt;
   const Vector3d ray((x - double{camera_.cx}) / camera_.fx, (y - double{camera_.cy}) / camera_.fy, 1);
   return Point{ray, normal, 1 / inverse};
@@ -156,8 +181,7 @@ void Estimator::add_point(const Pair& pair, int x, int y, double gate, bool join
   r.by_first = second->normal.dot(rotation * first->ray) * first->z / second->z - r.value * first->z;
   r.by_second = -second->normal.dot(second->ray) * second->z / first->z - r.value * second->z;
   if (!joint) return add(r, nullptr, nullptr, out);
-  const DepthDistortion::Nodes at_first = nodes(x, y), at_second = nodes(u, v);
-  add(r, &at_first, &at_second, out);
+  add(r, &nodes_[index(x, y)], &nodes_[index(u, v)], out);
 }
 
 void Estimator::add(const PointResidual& r, const DepthDistortion::Nodes* first, const DepthDistortion::Nodes* second,
@@ -219,7 +243,9 @@ std::size_t Estimator::iterate(double gate, bool joint) {
     b /= kRedundancy;
     add_priors(&h, &b);
     step = h.ldlt().solve(b);
+    step_ = std::sqrt(step.squaredNorm() / static_cast<double>(size));
     for (Eigen::Index i = 0; i < size; ++i) distortion_.values()[static_cast<std::size_t>(i)] += step[i];
+    tabulate_distortion();
   }
   for (const Used& u : used) {
     const Vector6d move = joint ? Vector6d(u.still - u.by_nodes * step) : Vector6d(u.still);
@@ -260,6 +286,10 @@ int view_level(const Pinhole& camera) {
 
 }  // namespace
 
+double view_change(const SE3& motion) {
+  return so3::angle(motion.rotation()) + motion.translation().norm() / kSceneDepth;
+}
+
 DepthCalibration::DepthCalibration(const Pinhole& camera, const PreprocessParameters& parameters,
                                    const Backend& backend, int frames)
     : camera_(camera),
@@ -272,7 +302,7 @@ void DepthCalibration::add(const Frame& frame) {
   if (seen_++ % std::max(stride_, 1) != 0) return;
   live_.prepare(frame);
   const DepthLevel& level = live_.pyramid()[static_cast<std::size_t>(level_)];
-  views_.push_back({frame.time, download(*backend_, level.depth), download(*backend_, level.normal_x),
+  views_.push_back({frame.time, piece_, download(*backend_, level.depth), download(*backend_, level.normal_x),
                     download(*backend_, level.normal_y), download(*backend_, level.normal_z)});
 }
 

@@ -19,6 +19,9 @@ struct DepthCalibrationResult {
   double before = 0, after = 0;  ///< 1/m: rms of what they disagree by, outliers bounded
 };
 
+/// By how much a motion moves what is seen in the image, as an angle: radians, of a scene some metres away.
+double view_change(const SE3& motion);
+
 class DepthCalibration {
  public:
   /// `backend` must outlive it. `frames`: how many there will be; about two hundred of them are kept.
@@ -26,6 +29,8 @@ class DepthCalibration {
 
   /// Frames in order of time, as they were measured.
   void add(const Frame& frame);
+  /// What follows is not paired with what came before: its poses may be in another world.
+  void begin_piece() { ++piece_; }
 
   /// Point-to-plane registration of pairs of frames, where beside each pair's motion one distortion of all of them is
   /// unknown (Gauss-Newton; the motions are eliminated). The residual is one of inverse depth, so that a smaller world
@@ -36,13 +41,14 @@ class DepthCalibration {
   /// One frame on a coarse level of the pyramid: metres, and normals towards the camera.
   struct View {
     Nanoseconds time;
+    int piece;
     Image<float> depth, normal_x, normal_y, normal_z;
   };
 
  private:
   Pinhole camera_;
   const Backend* backend_;
-  int level_, stride_, seen_ = 0;
+  int level_, stride_, seen_ = 0, piece_ = 0;
   LiveFrame live_;
   std::vector<View> views_;
 };

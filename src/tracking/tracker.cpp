@@ -166,6 +166,10 @@ bool needs_every_distribution(const TrackingParameters& parameters, const Tracki
          input.trace != nullptr;
 }
 
+// A level of fewer columns has too few points to be better than the next finer one's start: with four levels of 640
+// pixels the camera was lost three times as often as with three (docs/results.md).
+constexpr int kFewestColumns = 64;
+
 /// The finest level that iterates.
 int last_level(const TrackingParameters& parameters) {
   int level = parameters.finest_level;
@@ -257,7 +261,8 @@ TrackingResult track(const Backend& backend, const DepthPyramid& live, const Dep
     const Level registration(backend, live[at], model[at - missing], input, parameters);
     LevelEnd end(parameters, limit);
     result.iterations.push_back(0);
-    for (bool done = limit == 0; !done;) {
+    const bool is_too_coarse = live[at].camera.width < kFewestColumns && level > last_level(parameters);
+    for (bool done = limit == 0 || is_too_coarse; !done;) {
       const bool is_last = level == last_level(parameters),
                  with_distribution = every_distribution || (is_last && end.is_near());
       const SE3 before = model_from_live;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "app/program.h"
 #include "app/small_sequence.h"
@@ -90,6 +91,29 @@ TEST_F(Calibrate, ARenderedRecordingIsCalibratedThroughTheTracker) {
   const Outcome other = plumbline(small_run(sequence(), path("other"), {"--depth-calibration", path("none.toml")}));
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("none.toml"));
+}
+
+TEST_F(Calibrate, ARunStraightensTheDepthByItself) {
+  simulate("dance", "9", "160x120");
+  const auto rmse = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"run", path("sim"), "-o", path("out"), "--no-mesh", "--no-report"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = plumbline(words);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto summary = nlohmann::json::parse(read_text(path("out/summary.json")));
+    EXPECT_EQ(summary["lost"], 0);
+    EXPECT_EQ(summary["depth_calibration"].is_null(), !std::filesystem::exists(path("out/depth.toml")));
+    return summary["ate"]["rmse_m"].get<double>();
+  };
+  const double straight = rmse({});
+  EXPECT_GT(read_depth_calibration(path("out/depth.toml")).rms(), 0.005);
+  const double bent = rmse({"--set", "preprocess.calibrate_depth=false"});
+  EXPECT_FALSE(std::filesystem::exists(path("out/depth.toml"))) << "an older one tells of another run";
+  EXPECT_LT(straight, 0.5 * bent);
+  // Found once, it serves again, and is not looked for.
+  ASSERT_EQ(plumbline({"calibrate", path("sim"), "--depth-output", path("depth.toml")}).exit_code, 0);
+  EXPECT_LT(rmse({"--depth-calibration", path("depth.toml")}), 0.5 * bent);
+  EXPECT_FALSE(std::filesystem::exists(path("out/depth.toml")));
 }
 
 TEST_F(Calibrate, TheDepthAloneNeedsNoSensorButMotion) {

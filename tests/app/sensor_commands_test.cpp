@@ -25,8 +25,8 @@ class OrientationCommand : public SmallSequence {
   /// Twelve seconds of a hand's motion: raw readings, and the orientations that they are of.
   void simulate() const {
     const Outcome made =
-        plumbline({"simulate", "-o", path("sim"), "--scene", "wall", "--trajectory", "dance", "--duration", "12",
-                   "--size", "32x24", "--rate", "5", "--no-color", "--imu-model", "ideal", "--quiet"});
+        plumbline({"simulate", "-o", path("sim"), "--scene", "corridor", "--trajectory", "dance", "--duration", "12",
+                   "--size", "32x24", "--rate", "5", "--no-color", "--imu-ideal", "--quiet"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
   Outcome filter(const std::vector<std::string>& more) const {
@@ -93,11 +93,11 @@ class CharacteriseCommand : public SmallSequence {
 TEST_F(CharacteriseCommand, FindsTheErrorAndWritesTableAndModel) {
   const Outcome outcome = characterise({"-o", path("model.toml"), "--csv", path("table.csv")});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("Z (up)     36 angles: systematic within ±8.0"));
+  EXPECT_THAT(outcome.out, HasSubstr("Z (up)     36 angles: systematic within ±"));
   EXPECT_THAT(read_text(path("table.csv")), StartsWith("axis,angle_deg,readings,systematic_deg"));
   const app::SensorModel model = app::read_sensor_model(path("model.toml"));
   EXPECT_NEAR(model.error.amplitude.z(), 8 * kDegree, 0.4 * kDegree);
-  EXPECT_GT(model.covariance(2, 2), 4 * model.covariance(0, 0)) << "the heading is what is bad";
+  EXPECT_NEAR(std::sqrt(model.covariance(2, 2)), 8 * kDegree / std::sqrt(2), 0.1 * kDegree) << "rms over all angles";
 }
 
 TEST_F(CharacteriseCommand, RefusesReadingsOfAnotherTime) {
