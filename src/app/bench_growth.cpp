@@ -111,8 +111,12 @@ Table growth_table(const Growth& growth) {
 Plot growth_plot(const std::vector<Growth>& growths) {
   Plot plot{.title = "How the time of a frame grows", .columns = static_cast<int>(growths.size()), .panel_width = 460};
   for (const Growth& growth : growths) {
+    constexpr double kMargin = 1.4;
     Panel panel{.title = growth.title,
-                .x = {.label = growth.label, .log = true},
+                .x = {.label = growth.label,
+                      .low = growth.sizes.front() / kMargin,
+                      .high = growth.sizes.back() * kMargin,
+                      .log = true},
                 .y = {.label = "time of a frame (ms)", .log = true}};
     for (std::size_t p = 0; p < growth.sizes.size(); ++p) panel.x.ticks.emplace_back(growth.sizes[p], growth.points[p]);
     for (std::size_t i = 0; i < growth.stages.size(); ++i)
