@@ -167,8 +167,13 @@ bool needs_every_distribution(const TrackingParameters& parameters, const Tracki
 }
 
 // A level of fewer columns has too few points to be better than the next finer one's start: with four levels of 640
-// pixels the camera was lost three times as often as with three (docs/results.md).
+// pixels the camera was lost three times as often as with three (docs/design.md).
 constexpr int kFewestColumns = 64;
+
+/// Where the number of iterations is not fixed, the finer levels make up for such a level.
+bool is_too_coarse(const TrackingParameters& parameters, const DepthLevel& level) {
+  return parameters.converged_step > 0 && level.camera.width < kFewestColumns;
+}
 
 /// The finest level that iterates.
 int last_level(const TrackingParameters& parameters) {
@@ -261,8 +266,8 @@ TrackingResult track(const Backend& backend, const DepthPyramid& live, const Dep
     const Level registration(backend, live[at], model[at - missing], input, parameters);
     LevelEnd end(parameters, limit);
     result.iterations.push_back(0);
-    const bool is_too_coarse = live[at].camera.width < kFewestColumns && level > last_level(parameters);
-    for (bool done = limit == 0 || is_too_coarse; !done;) {
+    const bool is_left_out = limit == 0 || (level > last_level(parameters) && is_too_coarse(parameters, live[at]));
+    for (bool done = is_left_out; !done;) {
       const bool is_last = level == last_level(parameters),
                  with_distribution = every_distribution || (is_last && end.is_near());
       const SE3 before = model_from_live;
