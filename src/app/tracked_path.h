@@ -34,8 +34,8 @@ struct TrackedPath {
 TrackedPath track_path(const Sequence& sequence, const TrackingOptions& options);
 
 /// How the camera bends its depth, before a run over these frames of the sequence: two hundred of them, in pieces, are
-/// tracked and compared. Nothing if they tell too little. Throws as track_path does. Of `options.parameters` only the
-/// range of depth counts: it is tracked by preset `plumbline`, fast.
+/// tracked and compared. Nothing if they tell too little, or agree as well without. Throws as track_path does. Of
+/// `options.parameters` only the range of depth counts: it is tracked by preset `plumbline`, fast.
 std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, const std::vector<int>& frames,
                                                       const TrackingOptions& options);
 

@@ -21,7 +21,8 @@ constexpr double kDegree = 3.14159265358979 / 180;
 
 class Calibrate : public SmallSequence {
  protected:
-  void simulate(const std::string& trajectory, const std::string& duration, const std::string& size = "32x24") const {
+  void simulate(const std::string& trajectory, const std::string& duration, const std::string& size = "32x24",
+                const std::string& distortion = "0.4") const {
     const Outcome made = plumbline({"simulate",
                                     "-o",
                                     path("sim"),
@@ -36,6 +37,8 @@ class Calibrate : public SmallSequence {
                                     "--size",
                                     size,
                                     "--no-color",
+                                    "--distortion",
+                                    distortion,
                                     "--imu-mounting",
                                     "0.5 0.5 -0.5 0.5",
                                     "--imu-latency",
@@ -114,6 +117,14 @@ TEST_F(Calibrate, ARunStraightensTheDepthByItself) {
   ASSERT_EQ(plumbline({"calibrate", path("sim"), "--depth-output", path("depth.toml")}).exit_code, 0);
   EXPECT_LT(rmse({"--depth-calibration", path("depth.toml")}), 0.5 * bent);
   EXPECT_FALSE(std::filesystem::exists(path("out/depth.toml")));
+}
+
+TEST_F(Calibrate, ARunLeavesACameraAloneThatBendsNothing) {
+  simulate("dance", "9", "160x120", "0");
+  const Outcome outcome = plumbline({"run", path("sim"), "-o", path("out"), "--no-mesh", "--no-report"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(path("out/depth.toml")));
+  EXPECT_THAT(outcome.out, testing::Not(HasSubstr("is taken out")));
 }
 
 TEST_F(Calibrate, TheDepthAloneNeedsNoSensorButMotion) {
