@@ -148,7 +148,7 @@ std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, 
     const Trajectory poses = tracker.track(piece, {}, &calibration).poses;
     path.insert(path.end(), poses.begin(), poses.end());
   }
-  const std::optional<DepthCalibrationResult> found = calibration.estimate(path);
+  std::optional<DepthCalibrationResult> found = calibration.estimate(path);
   if (!found || found->pairs < kFewestPairs || found->after > kLeastGain * found->before) return std::nullopt;
   return found;
 }
