@@ -21,7 +21,6 @@
 #include "core/error.h"
 #include "imu/convention_check.h"
 #include "imu/mounting_calibration.h"
-#include "io/depth_calibration_file.h"
 #include "io/orientation_calibration.h"
 #include "io/trajectory.h"
 

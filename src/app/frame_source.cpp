@@ -6,6 +6,15 @@
 
 namespace plumbline::app {
 
+std::vector<int> chosen_frames(const Sequence& sequence, int max_frames, int stride) {
+  std::vector<int> indices;
+  for (int i = 0; i < sequence.size(); i += stride) {
+    if (max_frames > 0 && static_cast<int>(indices.size()) == max_frames) break;
+    indices.push_back(i);
+  }
+  return indices;
+}
+
 FileSource::FileSource(std::unique_ptr<Sequence> sequence, std::vector<int> indices, const OrientationStream* stream,
                        std::vector<std::string> stream_lines)
     : sequence_(std::move(sequence)),

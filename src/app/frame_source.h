@@ -24,6 +24,9 @@ struct LiveCounts {
   std::uint64_t captured = 0, dropped = 0;
 };
 
+/// Every `stride`-th frame of a sequence, `max_frames` at most; 0: no limit.
+std::vector<int> chosen_frames(const Sequence& sequence, int max_frames, int stride = 1);
+
 class FrameSource {
  public:
   virtual ~FrameSource() = default;

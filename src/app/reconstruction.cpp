@@ -32,15 +32,6 @@
 namespace plumbline::app {
 namespace {
 
-std::vector<int> chosen_frames(const Sequence& sequence, const ReconstructionOptions& options) {
-  std::vector<int> indices;
-  for (int i = 0; i < sequence.size(); i += options.stride) {
-    if (options.max_frames > 0 && static_cast<int>(indices.size()) == options.max_frames) break;
-    indices.push_back(i);
-  }
-  return indices;
-}
-
 void write_text(const std::string& path, const std::string& text) {
   AtomicFile file(path);
   file.write(text);
@@ -97,7 +88,7 @@ class Runner {
 
   std::unique_ptr<FrameSource> open_files() {
     std::unique_ptr<Sequence> sequence = open_sequence(options_.sequence, options_.input);
-    std::vector<int> indices = chosen_frames(*sequence, options_);
+    std::vector<int> indices = chosen_frames(*sequence, options_.max_frames, options_.stride);
     if (is_to_be_calibrated()) sequence = straighten(std::move(sequence), indices);
     std::vector<std::string> lines;
     if (options_.orientation)
@@ -122,10 +113,8 @@ class Runner {
     const InterruptGuard interrupt;
     TrackingOptions tracking{.parameters = options_.parameters, .backend = options_.backend};
     tracking.threads = options_.threads;
-    tracking.quiet = true;
-    tracking.stopping = [&] { return interrupt.signal() != 0; };
     try {
-      run_.depth = calibrate_depth(*sequence, frames, tracking);
+      run_.depth = calibrate_depth(*sequence, frames, tracking, [&] { return interrupt.signal() != 0; });
     } catch (const std::exception&) {
       run_.signal = interrupt.signal();
       if (run_.signal != 0) throw_nothing_tracked();

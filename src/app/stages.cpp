@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
+#include "core/median.h"
 #include "io/sequence.h"
 #include "sim/analytic_scene.h"
 
@@ -26,9 +28,7 @@ double median_milliseconds(const std::function<void()>& run, double seconds) {
     run();
     times.push_back(milliseconds_since(begin));
   }
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::nth_element(times.begin(), middle, times.end());
-  return *middle;
+  return median(std::move(times));
 }
 
 StageFrames simulated_frames(int width, int height, int warm_up) {

@@ -7,18 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "app/console.h"
+#include "core/median.h"
 
 namespace plumbline::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Median of a figure of every element.
 template <class T, class Figure>

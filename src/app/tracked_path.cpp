@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <memory>
 #include <numbers>
-#include <numeric>
 #include <utility>
 #include <vector>
 
+#include "app/frame_source.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "backend/backend.h"
 #include "core/error.h"
+#include "core/median.h"
 #include "io/depth_calibration_file.h"
 #include "io/prefetch.h"
 #include "pipeline/pipeline.h"
@@ -36,16 +37,13 @@ constexpr int kDepthRounds = 2;
 
 class PathTracker {
  public:
-  PathTracker(const Sequence& sequence, const TrackingOptions& options)
-      : sequence_(sequence), options_(options), backend_(make_backend(options.backend, options.threads)) {}
+  /// `stopping` is asked before each frame.
+  PathTracker(const Sequence& sequence, const TrackingOptions& options, std::function<bool()> stopping)
+      : sequence_(sequence),
+        options_(options),
+        stopping_(std::move(stopping)),
+        backend_(make_backend(options.backend, options.threads)) {}
 
-  std::vector<int> all_frames() const {
-    const int size = sequence_.size();
-    std::vector<int> indices(
-        static_cast<std::size_t>(options_.max_frames > 0 ? std::min(options_.max_frames, size) : size));
-    std::iota(indices.begin(), indices.end(), 0);
-    return indices;
-  }
   Backend& backend() { return *backend_; }
 
   /// One pass. `calibration`, if there is one, gets the frames as they were measured.
@@ -55,7 +53,7 @@ class PathTracker {
     Prefetcher reader(sequence_, indices);
     TrackedPath path;
     while (std::optional<Frame> frame = reader.next()) {
-      if (options_.stopping && options_.stopping()) throw Error("interrupted", sequence_.info().path, "");
+      if (stopping_()) throw Error("interrupted", sequence_.info().path, "");
       if (calibration != nullptr) calibration->add(*frame);
       distortion.correct(frame->depth_scale, &frame->depth);
       const FrameReport report = pipeline.process(*frame);
@@ -70,6 +68,7 @@ class PathTracker {
  private:
   const Sequence& sequence_;
   const TrackingOptions& options_;
+  std::function<bool()> stopping_;
   std::unique_ptr<Backend> backend_;
 };
 
@@ -102,19 +101,15 @@ int calm_stride(const Trajectory& path) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < path.size(); ++i)
     steps.push_back(view_change(path[i - 1].world_from_camera.inverse() * path[i].world_from_camera));
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return std::clamp(static_cast<int>(kCalmStep / std::max(*middle, 1e-6)), 1, kWidestStride);
+  return std::clamp(static_cast<int>(kCalmStep / std::max(median(std::move(steps)), 1e-6)), 1, kWidestStride);
 }
 
 }  // namespace
 
 TrackedPath track_path(const Sequence& sequence, const TrackingOptions& options) {
   const InterruptGuard interrupt;
-  TrackingOptions stoppable = options;
-  stoppable.stopping = [&] { return interrupt.signal() != 0; };
-  PathTracker tracker(sequence, stoppable);
-  const std::vector<int> frames = tracker.all_frames();
+  PathTracker tracker(sequence, options, [&] { return interrupt.signal() != 0; });
+  const std::vector<int> frames = chosen_frames(sequence, options.max_frames);
   if (!options.calibrate_depth) return tracker.track(frames, {}, nullptr);
   DepthCalibration calibration(sequence.info().camera, options.parameters.preprocess, tracker.backend(),
                                static_cast<int>(frames.size()));
@@ -129,26 +124,36 @@ TrackedPath track_path(const Sequence& sequence, const TrackingOptions& options)
 }
 
 std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, const std::vector<int>& frames,
-                                                      const TrackingOptions& options) {
+                                                      const TrackingOptions& options,
+                                                      const std::function<bool()>& stopping) {
   if (frames.size() < kFewestFrames) return std::nullopt;
   TrackingOptions quick = options;
   quick.parameters = quick_parameters(options.parameters.preprocess);
-  PathTracker tracker(sequence, quick);
-  const std::vector<int> probe(frames.begin(), frames.begin() + kPieceFrames);
-  const int widest = std::max(1, (4 * static_cast<int>(frames.size()) + kAllPieces) / (4 * kAllPieces));
-  const int stride = std::min(calm_stride(tracker.track(probe, {}, nullptr).poses), widest);
-  const std::vector<std::vector<int>> pieces = pieces_of(frames, stride);
-  std::size_t total = 0;
-  for (const auto& piece : pieces) total += piece.size();
-  DepthCalibration calibration(sequence.info().camera, quick.parameters.preprocess, tracker.backend(),
-                               static_cast<int>(total));
+  quick.quiet = true;
+  PathTracker tracker(sequence, quick, stopping);
+  std::optional<DepthCalibration> calibration;
   Trajectory path;
-  for (const auto& piece : pieces) {
-    calibration.begin_piece();
-    const Trajectory poses = tracker.track(piece, {}, &calibration).poses;
+  const auto begin = [&] {
+    calibration.emplace(sequence.info().camera, quick.parameters.preprocess, tracker.backend(), kAllPieces);
+    path.clear();
+  };
+  const auto add = [&](const std::vector<int>& piece) {
+    calibration->begin_piece();
+    const Trajectory poses = tracker.track(piece, {}, &*calibration).poses;
     path.insert(path.end(), poses.begin(), poses.end());
-  }
-  std::optional<DepthCalibrationResult> found = calibration.estimate(path);
+  };
+  const std::vector<int> probe(frames.begin(), frames.begin() + kPieceFrames);
+  begin();
+  add(probe);
+  const int widest = std::max(1, (4 * static_cast<int>(frames.size()) + kAllPieces) / (4 * kAllPieces));
+  const std::vector<std::vector<int>> pieces = pieces_of(frames, std::min(calm_stride(path), widest));
+  auto piece = pieces.begin();
+  if (*piece == probe)
+    ++piece;
+  else
+    begin();
+  for (; piece != pieces.end(); ++piece) add(*piece);
+  std::optional<DepthCalibrationResult> found = calibration->estimate(path);
   if (!found || found->pairs < kFewestPairs || found->after > kLeastGain * found->before) return std::nullopt;
   return found;
 }

@@ -16,10 +16,9 @@ namespace plumbline::app {
 struct TrackingOptions {
   Parameters parameters;
   std::string backend = "auto";
-  int threads = 0;                      ///< 0 = all cores
-  int max_frames = 0;                   ///< 0 = all
-  bool quiet = false;                   ///< no progress
-  std::function<bool()> stopping = {};  ///< of calibrate_depth, asked before each frame
+  int threads = 0;     ///< 0 = all cores
+  int max_frames = 0;  ///< 0 = all
+  bool quiet = false;  ///< no progress
   /// Of track_path: also find out how the depth is bent, and track it straightened: three passes instead of one.
   bool calibrate_depth = false;
 };
@@ -34,10 +33,12 @@ struct TrackedPath {
 TrackedPath track_path(const Sequence& sequence, const TrackingOptions& options);
 
 /// How the camera bends its depth, before a run over these frames of the sequence: two hundred of them, in pieces, are
-/// tracked and compared. Nothing if they tell too little, or agree as well without. Throws as track_path does. Of
-/// `options.parameters` only the range of depth counts: it is tracked by preset `plumbline`, fast.
+/// tracked and compared. Nothing if they tell too little, or agree as well without. Throws as track_path does, or once
+/// `stopping` says so. Of `options.parameters` only the range of depth counts: it is tracked by preset `plumbline`,
+/// fast.
 std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, const std::vector<int>& frames,
-                                                      const TrackingOptions& options);
+                                                      const TrackingOptions& options,
+                                                      const std::function<bool()>& stopping);
 
 /// For `--depth-calibration FILE`. Throws Error if it cannot be written whole.
 void save_depth_calibration(const std::string& path, const DepthCalibrationResult& found,

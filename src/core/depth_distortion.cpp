@@ -45,8 +45,7 @@ DepthDistortion::Nodes DepthDistortion::nodes(double x, double y) const {
           {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b}};
 }
 
-double DepthDistortion::at(double x, double y) const {
-  const Nodes n = nodes(x, y);
+double DepthDistortion::at(const Nodes& n) const {
   double sum = 0;
   for (std::size_t i = 0; i < 4; ++i) sum += n.share[i] * values_[n.index[i]];
   return sum;

@@ -39,7 +39,8 @@ class DepthDistortion {
     std::array<double, 4> share;
   };
   Nodes nodes(double x, double y) const;
-  double at(double x, double y) const;
+  double at(const Nodes& n) const;
+  double at(double x, double y) const { return at(nodes(x, y)); }
 
   /// Throws Error for images of another size.
   void check_size(int width, int height) const;

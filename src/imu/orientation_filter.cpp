@@ -6,8 +6,10 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "core/error.h"
+#include "core/median.h"
 #include "core/se3.h"
 #include "imu/low_pass.h"
 
@@ -289,10 +291,9 @@ double interval_of(const std::vector<ImuSample>& readings) {
   std::vector<double> intervals;
   for (std::size_t i = 1; i < readings.size(); ++i)
     intervals.push_back(to_seconds(readings[i].time - readings[i - 1].time));
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  if (!(*middle > 0)) throw Error("the readings are not ordered by time", kWhere, "sort them");
-  return *middle;
+  const double interval = median(std::move(intervals));
+  if (!(interval > 0)) throw Error("the readings are not ordered by time", kWhere, "sort them");
+  return interval;
 }
 
 double seconds_before(const std::vector<ImuSample>& readings, std::size_t i) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/median.h"
+
 namespace plumbline {
 namespace {
 
@@ -14,12 +16,6 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 struct Speed {
   double time, value;
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Each frame against the first one at least a window later; gaps are left out.
 std::vector<Speed> camera_speeds(const Trajectory& camera, Nanoseconds origin, double window) {

@@ -157,10 +157,10 @@ struct Raycast {
 
   /// The depth at which a ray leaves brick b is, on each axis, b·per_brick + from_origin.
   template <class F>
-  struct BrickExit {
+  struct BrickEnd {
     Vec3<F> per_brick, from_origin;
 
-    PL_HD explicit BrickExit(const Ray<F>& ray) {
+    PL_HD explicit BrickEnd(const Ray<F>& ray) {
       const float side = static_cast<float>(kBrickSide);
       const auto axis = [&](const F& direction, const F& origin, const F& inverse, F* per, F* from) {
         *per = inverse * side;
@@ -199,7 +199,7 @@ struct Raycast {
   PL_HD Mask<F> march(const Ray<F>& ray, Mask<F> active, const F& end, F* t, F* t_before, F* before, F* after) const {
     const F zero(0.0f), one(1.0f), voxel_step = one / sqrt(dot(ray.direction, ray.direction));
     const F longest(0.85f * volume.truncation / volume.voxel_size);
-    const BrickExit<F> brick_exit(ray);
+    const BrickEnd<F> brick_end(ray);
     auto hit = active && !active;
     F previous = zero, t_previous = *t;
     while (any(active)) {
@@ -232,7 +232,7 @@ struct Raycast {
       }
       if (any(active && !solid)) {
         // A brick is left by a hair's breadth, so that the next look-up falls into its neighbour.
-        const F leaves = brick_exit.leaves_at({to_float(place.bx), to_float(place.by), to_float(place.bz)});
+        const F leaves = brick_end.leaves_at({to_float(place.bx), to_float(place.by), to_float(place.bz)});
         step = select(solid, step, madd(voxel_step, F(0.01f), max(leaves - *t, zero)));
       }
       previous = select(active, value, previous);

@@ -121,11 +121,7 @@ void Estimator::tabulate_nodes() {
 
 void Estimator::tabulate_distortion() {
   bend_.clear();
-  for (const DepthDistortion::Nodes& n : nodes_) {
-    double sum = 0;
-    for (std::size_t i = 0; i < 4; ++i) sum += n.share[i] * distortion_.values()[n.index[i]];
-    bend_.push_back(sum);
-  }
+  for (const DepthDistortion::Nodes& nodes : nodes_) bend_.push_back(distortion_.at(nodes));
 }
 
 void Estimator::choose_pairs(const Trajectory& path) {
