@@ -164,6 +164,10 @@ void add_sizes(CLI::App& command, ReproduceOptions& o) {
   list("--speeds", o.speeds, "At which paths go through them", "X,…")->check(CLI::Range(0.01, 100.0));
   list("--strides", o.strides, "Of the table of ATE: every Nth frame", "N,…")->check(CLI::Range(1, 1000));
   list("--angles", o.angles, "Degrees", "DEG,…")->check(CLI::Range(0.1, 180.0));
+  command.add_option("--turn-axis", o.turn_axis, "Of pairs: pan (left or right), or any across the line of sight")
+      ->check(CLI::IsMember({"pan", "any"}))
+      ->capture_default_str()
+      ->type_name("NAME");
   list("--sensors", o.sensors, "Of the table of λ: ideal, bno055", "NAME,…")->check(CLI::IsMember({"ideal", "bno055"}));
   const auto number = [&](const char* name, int& value, const char* help, int least) {
     command.add_option(name, value, help)->check(CLI::Range(least, 1'000'000))->capture_default_str()->type_name("N");

@@ -35,7 +35,7 @@ constexpr const char* kPoseForm = "\"TX TY TZ QX QY QZ QW\"";
 struct SimulateArguments {
   std::string scene = "desk", trajectory = "orbit", output = "simulated", placement = "auto";
   std::string size = "640x480", intrinsics;
-  std::string mounting = "0 0 0 1", lever = "0 0 0", disturbance;
+  std::string mounting = "0 0 0 1", lever = "0 0 0", disturbance, turn_axis = "any";
   int frames = 0, threads = 0;
   double rate = 30, speed = 1, turn = 0, clearance = 0.2;
   double tilt = 3, heading = 10, orientation_noise = 0, drift_ppm = 0;  // degrees; parts in a million
@@ -129,6 +129,7 @@ int simulate(const SimulateArguments& arguments) {
   sequence.trajectory = arguments.trajectory;
   sequence.speed = arguments.speed;
   sequence.turn = arguments.turn * kRadians;
+  sequence.turn_axis = arguments.turn_axis;
   sequence.rate = arguments.rate;
   sequence.seed = arguments.seed;
   sequence.camera = arguments.camera;
@@ -142,7 +143,8 @@ int simulate(const SimulateArguments& arguments) {
   sequence.duration = (sequence.frames - 1) / arguments.rate;
   sequence.sensor = sensor_of(arguments, sequence.duration);
   if (arguments.turn != 0) {
-    const auto pairs = std::make_shared<sim::TurnPairs>(motion, sequence.turn, arguments.rate, arguments.seed);
+    const auto axis = arguments.turn_axis == "pan" ? sim::TurnAxis::pan : sim::TurnAxis::any;
+    const auto pairs = std::make_shared<sim::TurnPairs>(motion, sequence.turn, axis, arguments.rate, arguments.seed);
     sequence.world_from_camera = [pairs](double t) { return pairs->at(t); };
   } else {
     sequence.world_from_camera = [motion](double t) { return motion.at(t); };
@@ -187,6 +189,10 @@ void add_path_options(CLI::App& command, SimulateArguments& a) {
       ->check(CLI::Range(0.0, 180.0))
       ->capture_default_str()
       ->type_name("DEG");
+  command.add_option("--turn-axis", a.turn_axis, "Of --turn: pan (left or right), or any across the line of sight")
+      ->check(CLI::IsMember({"pan", "any"}))
+      ->capture_default_str()
+      ->type_name("NAME");
   command.add_option("--duration", a.path.duration, "Of a made-up path, seconds")
       ->check(CLI::Range(0.1, 1e5))
       ->capture_default_str();

@@ -74,15 +74,16 @@ std::string pose_numbers(const SE3& pose) {
 
 std::string motion_toml(const SimulatedSequence& s) {
   std::string text = fmt::format(
-      "[motion]\ntrajectory = {}\nspeed = {:.9g}\nturn_deg = {:.9g}\nframes = {}\nrate = {:.9g}  # Hz\n"
+      "[motion]\ntrajectory = {}\nspeed = {:.9g}\nturn_deg = {:.9g}\nturn_axis = {}\nframes = {}\nrate = {:.9g}  # Hz\n"
       "# scene_from_trajectory, tx ty tz qx qy qz qw; for a recorded path: turned about the vertical and moved so that "
       "it\n"
       "# sees most of the scene, keeps clear of every surface and passes through none\nplacement = {}\n"
       "clearance = {:.3f}  # m from the camera to the nearest surface, at most 1; negative: passes through one\n"
       "rays_in_range = {:.3f}  # share that meets a surface between 0.5 and 4 m\n"
       "rays_on_focus = {:.3f}  # share that ends within the scene's focus\n",
-      quoted(s.trajectory), s.speed, s.turn * kDegrees, s.frames, s.rate, pose_numbers(s.placement.scene_from_recorded),
-      s.placement.clearance, s.placement.share_in_range, s.placement.share_on_focus);
+      quoted(s.trajectory), s.speed, s.turn * kDegrees, quoted(s.turn_axis), s.frames, s.rate,
+      pose_numbers(s.placement.scene_from_recorded), s.placement.clearance, s.placement.share_in_range,
+      s.placement.share_on_focus);
   if (s.smoothing)
     text += fmt::format(
         "# the recorded poses were smoothed: local quadratic regression over 60 ms either side, cubic B-spline\n"

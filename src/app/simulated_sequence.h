@@ -14,6 +14,7 @@ namespace plumbline::app {
 /// What is simulated.
 struct SimulatedSequence {
   std::string scene, trajectory;  ///< as given
+  std::string turn_axis = "any";  ///< of `turn`: any, pan
   double speed = 1, turn = 0;     ///< turn in radians
   double rate = 30;               ///< frames a second
   double duration = 0;            ///< seconds from the first frame to the last

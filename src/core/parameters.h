@@ -65,6 +65,7 @@ struct TrackingParameters {
   double max_condition = 1e6;
   double max_step_translation = 0.30;
   double max_step_rotation = 30;
+  double search = 0;
   bool depth_weights = false;
   double huber = 0;
   bool median_filter = false;
@@ -85,6 +86,7 @@ struct OrientationParameters {
   double tilt_sigma = 3;
   double heading_sigma = 10;
   std::vector<double> covariance = {};
+  double search = 0;
   double distrust = 0.5;
   int probation = 30;
 };
@@ -162,6 +164,9 @@ void tracking_fields(P& p, Visitor&& v) {
     Range{1e-3, 1e3});
   v("max_step_rotation", p.max_step_rotation, "deg", "a larger turn between frames is implausible: lost",
     Range{0.1, 180});
+  v("search", p.search, "deg",
+    "where images and model disagree ICP also starts from turns so far apart, without a sensor; 0: it does not",
+    Range{0, 180});
   v("depth_weights", p.depth_weights, "", "weight pairs by the depth's axial noise (Nguyen 2012), 1 at 1.5 m", Range{});
   v("huber", p.huber, "m", "residuals beyond this count linearly (Huber); 0: never", Range{0, 10});
   v("median_filter", p.median_filter, "", "use only pairs near the median distance of the same iteration", Range{});
@@ -199,6 +204,10 @@ void orientation_fields(P& p, Visitor&& v) {
   v("covariance", p.covariance, "deg^2",
     "anchor: 3x3 covariance about the earth's axes (east, north, up), row by row, in place of the two sigmas; or []",
     Range{-1e8, 1e8});
+  v("search", p.search, "deg",
+    "after a large turn ICP also starts from headings so far apart, as far as the sensor's may be wrong; 0: it does "
+    "not",
+    Range{0, 180});
   v("distrust", p.distrust, "1",
     "the sensor is not used while its turns miss the tracked ones by more than this part of their square; 0: always "
     "used",

@@ -1,12 +1,15 @@
 #include "pipeline/pipeline.h"
 
+#include <algorithm>
 #include <chrono>
+#include <numbers>
 #include <utility>
 
 #include "core/config.h"
 #include "mapping/volume.h"
 #include "tracking/live_frame.h"
 #include "tracking/motion_model.h"
+#include "tracking/start_search.h"
 
 namespace plumbline {
 namespace {
@@ -23,17 +26,17 @@ constexpr double kUsualInterval = 1.0 / 30;  // seconds, where stamps do not tel
 
 double angle_between(const SE3& a, const SE3& b) { return so3::angle(a.rotation().transpose() * b.rotation()); }
 
-// What two registrations of one frame must differ by, in the part of the readings that found a partner.
+// What two registrations of one frame must differ by in their agreement.
 constexpr double kClearlyBetter = 0.15, kAsGood = 0.02;
 
-bool is_clearly_better(const TrackingResult& unaided, const TrackingResult& aided) {
-  if (unaided.status == TrackingStatus::lost) return false;
-  return aided.status == TrackingStatus::lost || unaided.inlier_fraction > aided.inlier_fraction + kClearlyBetter;
+bool is_clearly_better(const TrackingResult& unaided, const TrackingResult& aided, double last_agreement) {
+  if (is_doubtful(unaided, last_agreement)) return false;
+  return aided.status == TrackingStatus::lost || agreement(unaided) > agreement(aided) + kClearlyBetter;
 }
 
 /// One that fell into a worse minimum than the sensor led to says nothing about the sensor.
 bool is_witness(const TrackingResult& unaided, const TrackingResult& aided) {
-  return unaided.status == TrackingStatus::tracked && unaided.inlier_fraction > aided.inlier_fraction - kAsGood;
+  return unaided.status == TrackingStatus::tracked && agreement(unaided) > agreement(aided) - kAsGood;
 }
 
 const Parameters& validated(const Parameters& parameters) {
@@ -58,7 +61,10 @@ struct Pipeline::State {
   TrackingResult initialise();
   TrackingResult register_frame(const Frame& frame, FrameReport* report, FrameDiagnostics* diagnostics);
   TrackingResult register_from(const SE3& seed, const Frame& frame, bool with_orientation,
-                               std::vector<IcpIteration>* trace) const;
+                               const TrackingParameters& tracking, std::vector<IcpIteration>* trace) const;
+  TrackingResult register_aided(const Frame& frame, std::vector<IcpIteration>* trace, SE3* seed) const;
+  TrackingResult register_unaided(const Frame& frame, std::vector<IcpIteration>* trace, SE3* seed) const;
+  SE3 best_of(const std::vector<SE3>& starts, const Frame& frame, bool with_orientation) const;
   SE3 expected_pose(const Frame& frame) const;
   void believe(const Frame& frame, const TrackingResult& tracking, const std::optional<TrackingResult>& witness);
   Image<std::uint8_t> explain(const TrackingResult& tracking) const;
@@ -77,6 +83,7 @@ struct Pipeline::State {
   SteadyTurn turn;
   SE3 world_from_camera;  ///< the last pose that was believed
   Nanoseconds time = 0;   ///< and its frame's
+  double last_agreement = 1;
   SE3 world_from_model;
   int probation = 0;  ///< frames that were also registered without the sensor
   bool initialised = false;
@@ -143,20 +150,20 @@ TrackingResult Pipeline::State::register_frame(const Frame& frame, FrameReport* 
 
   report->orientation = guide.use(frame.earth_from_camera);
   const bool aided = report->orientation == OrientationUse::used;
-  const SE3 expected = expected_pose(frame);
-  SE3 seed = aided ? guide.seed(expected, *frame.earth_from_camera) : expected;
   std::vector<IcpIteration>* trace =
       diagnostics != nullptr && diagnostics->want_iterations ? &diagnostics->iterations : nullptr;
-  result = register_from(seed, frame, aided, trace);
+  SE3 seed;
+  result = aided ? register_aided(frame, trace, &seed) : register_unaided(frame, trace, &seed);
 
   std::optional<TrackingResult> witness = result;
   const bool doubted = probation < parameters.orientation.probation || result.status == TrackingStatus::lost;
   if (aided && guide.is_judged() && doubted) {
     ++probation;
-    witness = register_from(expected, frame, false, nullptr);
-    if (is_clearly_better(*witness, result)) {
+    SE3 unaided_seed;
+    witness = register_unaided(frame, nullptr, &unaided_seed);
+    if (is_clearly_better(*witness, result, last_agreement)) {
       result = *witness;
-      seed = expected;
+      seed = unaided_seed;
       report->orientation = OrientationUse::dropped;
     } else if (!is_witness(*witness, result)) {
       witness.reset();
@@ -171,7 +178,44 @@ TrackingResult Pipeline::State::register_frame(const Frame& frame, FrameReport* 
   return result;
 }
 
+/// With the sensor. After a large turn several starts are tried, for the sensor's heading may be far off.
+TrackingResult Pipeline::State::register_aided(const Frame& frame, std::vector<IcpIteration>* trace, SE3* seed) const {
+  const Eigen::Matrix3d& earth_from_camera = *frame.earth_from_camera;
+  const std::vector<SE3> starts = guide.starts(guide.seed(expected_pose(frame), earth_from_camera), earth_from_camera);
+  *seed = starts.front();
+  if (starts.size() == 1) return register_from(*seed, frame, true, parameters.tracking, trace);
+  *seed = best_of(starts, frame, true);
+  return register_from(*seed, frame, true, patient(parameters.tracking), trace);
+}
+
+/// Without it. Other turns than the expected one are tried where images and model disagree.
+TrackingResult Pipeline::State::register_unaided(const Frame& frame, std::vector<IcpIteration>* trace,
+                                                 SE3* seed) const {
+  *seed = expected_pose(frame);
+  const TrackingResult result = register_from(*seed, frame, false, parameters.tracking, trace);
+  if (parameters.tracking.search <= 0 || !is_doubtful(result, last_agreement)) return result;
+  const std::vector<SE3> starts = turned_about(*seed, parameters.tracking.search * std::numbers::pi / 180);
+  const SE3 other = best_of(starts, frame, false);
+  std::vector<IcpIteration> iterations;
+  const TrackingResult searched =
+      register_from(other, frame, false, patient(parameters.tracking), trace == nullptr ? nullptr : &iterations);
+  if (is_doubtful(searched, last_agreement)) return result;
+  *seed = other;
+  if (trace != nullptr) *trace = iterations;
+  return searched;
+}
+
+/// The start from which a coarse registration explains most.
+SE3 Pipeline::State::best_of(const std::vector<SE3>& starts, const Frame& frame, bool with_orientation) const {
+  const TrackingParameters tracking = coarse(parameters.tracking);
+  std::vector<double> agreements;
+  for (const SE3& start : starts)
+    agreements.push_back(agreement(register_from(start, frame, with_orientation, tracking, nullptr)));
+  return starts[static_cast<std::size_t>(std::max_element(agreements.begin(), agreements.end()) - agreements.begin())];
+}
+
 TrackingResult Pipeline::State::register_from(const SE3& seed, const Frame& frame, bool with_orientation,
+                                              const TrackingParameters& tracking,
                                               std::vector<IcpIteration>* trace) const {
   PriorSum priors;
   std::unique_ptr<Prior> orientation;
@@ -186,7 +230,7 @@ TrackingResult Pipeline::State::register_from(const SE3& seed, const Frame& fram
   input.world_from_camera_seed = seed;
   input.trace = trace;
   if (!priors.empty()) input.prior = &priors;
-  return track(backend, live.pyramid(), model, input, parameters.tracking);
+  return track(backend, live.pyramid(), model, input, tracking);
 }
 
 /// What to start from without a sensor.
@@ -204,6 +248,7 @@ void Pipeline::State::believe(const Frame& frame, const TrackingResult& tracking
                    tracking.position_covariance, seconds);
     turn.observe(world_from_camera.rotation(), tracking.world_from_camera.rotation(), seconds);
   }
+  if (tracking.status == TrackingStatus::tracked) last_agreement = agreement(tracking);
   world_from_camera = tracking.world_from_camera;
   time = frame.time;
   std::optional<Eigen::Matrix3d> rotation;

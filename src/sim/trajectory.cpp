@@ -263,13 +263,14 @@ Motion make_path(const std::string& name, const Scene& scene, const PathOptions&
 
 // ---- TurnPairs
 
-TurnPairs::TurnPairs(Motion path, double angle, double rate, std::uint64_t seed)
-    : path_(std::move(path)), angle_(angle), rate_(rate), seed_(stream(seed, 45)) {
+TurnPairs::TurnPairs(Motion path, double angle, TurnAxis axis, double rate, std::uint64_t seed)
+    : path_(std::move(path)), angle_(angle), rate_(rate), axis_(axis), seed_(stream(seed, 45)) {
   if (!(rate > 0) || !std::isfinite(angle)) throw Error("the turn or the rate is not a number", kWhere, "correct it");
 }
 
 Matrix3d TurnPairs::turn(int pair) const {
-  const double azimuth = 2 * kPi * uniform_at(seed_, static_cast<std::uint64_t>(pair));
+  const double draw = uniform_at(seed_, static_cast<std::uint64_t>(pair)), azimuth = 2 * kPi * draw;
+  if (axis_ == TurnAxis::pan) return so3::exp((draw < 0.5 ? angle_ : -angle_) * Vector3d::UnitY());
   return so3::exp(angle_ * Vector3d(std::cos(azimuth), std::sin(azimuth), 0));
 }
 

@@ -61,11 +61,16 @@ struct PathOptions {
 Motion make_path(const std::string& kind, const Scene& scene, const PathOptions& options);
 std::vector<std::string> path_kinds();
 
+/// What a camera turns about: its own vertical, to the left or to the right, or any axis across the line of sight.
+/// A depth camera sees 57° across and 43° up and down, so of two views 50° apart the first kind has something in common
+/// and the second often has nothing.
+enum class TurnAxis { pan, any };
+
 /// Pairs of views: at frame 2k the path's own view at that time, at frame 2k + 1 the same place turned by `angle`
-/// radians about an axis across the line of sight, drawn from the seed; then back. The paper's test of angular steps.
+/// radians about an axis drawn from the seed; then back. The paper's test of angular steps.
 class TurnPairs {
  public:
-  TurnPairs(Motion path, double angle, double rate, std::uint64_t seed);
+  TurnPairs(Motion path, double angle, TurnAxis axis, double rate, std::uint64_t seed);
   SE3 at(double seconds) const;
 
  private:
@@ -73,6 +78,7 @@ class TurnPairs {
 
   Motion path_;
   double angle_, rate_;
+  TurnAxis axis_;
   std::uint64_t seed_;
 };
 

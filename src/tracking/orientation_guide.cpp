@@ -93,6 +93,20 @@ SE3 OrientationGuide::seed(const SE3& last, const Eigen::Matrix3d& earth_from_ca
   return last;
 }
 
+std::vector<SE3> OrientationGuide::starts(const SE3& seed, const Eigen::Matrix3d& earth_from_camera) const {
+  constexpr double kOfTurn = 0.5, kSigmas = 1.5;  // how far the heading may be wrong
+  std::vector<SE3> starts = {seed};
+  if (parameters_.search <= 0 || !has_heading(parameters_) || !last_ || !earth_from_world_) return starts;
+  const double turned = so3::angle(last_->earth_from_camera.transpose() * earth_from_camera),
+               step = parameters_.search * kRadiansPerDegree,
+               farthest = std::min(kOfTurn * turned, kSigmas * parameters_.heading_sigma * kRadiansPerDegree);
+  const Eigen::Vector3d up = earth_from_world_->row(2);  // in the world
+  for (double heading = step; heading <= farthest; heading += step)
+    for (const double offset : {-heading, heading})
+      starts.emplace_back(so3::exp(Eigen::Vector3d(offset * up)) * seed.rotation(), seed.translation());
+  return starts;
+}
+
 std::unique_ptr<Prior> OrientationGuide::term(const Eigen::Matrix3d& earth_from_camera) const {
   switch (parameters_.term) {
     case OrientationTerm::none:

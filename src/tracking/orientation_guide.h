@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "core/parameters.h"
 #include "core/se3.h"
@@ -67,6 +68,11 @@ class OrientationGuide {
   /// Initial guess of a frame: the position of `last`, and the rotation that the parameters ask for (METHOD.md §2 and
   /// §6.3); `last` itself for a sensor without heading. The reading must be usable (`use` says so).
   SE3 seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const;
+
+  /// Initial guesses, `seed` first. A smooth systematic error of the heading (METHOD.md §5) grows with the turn since
+  /// the last reading, and may put the seed outside of what ICP converges from: so the others are turned about the
+  /// vertical.
+  std::vector<SE3> starts(const SE3& seed, const Eigen::Matrix3d& earth_from_camera) const;
 
   /// The term that the parameters ask for, or null.
   std::unique_ptr<Prior> term(const Eigen::Matrix3d& earth_from_camera) const;

@@ -151,6 +151,7 @@ int min_inliers_at(const TrackingParameters& parameters, int level) {
 }
 
 void summarise(const Iteration& last, int level, TrackingResult* result) {
+  result->pairs = last.sums.pairs() << (2 * level);
   result->inliers = last.sums.inliers() << (2 * level);  // in pixels of the full image
   result->inlier_fraction = static_cast<double>(last.sums.inliers()) / std::max(1, last.sums.with_depth());
   result->rms = last.sums.rms();

@@ -45,7 +45,8 @@ struct TrackingResult {
   LostReason reason = LostReason::none;
   SE3 world_from_camera;
   std::vector<int> iterations;  ///< per level, coarse to fine
-  int inliers = 0;              ///< matched pixels of the last iteration
+  int pairs = 0;                ///< pixels of the last iteration that meet the model, however far away
+  int inliers = 0;              ///< of these, matched ones
   double inlier_fraction = 0;   ///< of the pixels of the last level that have depth
   double rms = 0;               ///< point-to-plane residual of the matched pixels, metres
   double median_distance = 0;   ///< of the associated pairs, metres, at the histogram's resolution

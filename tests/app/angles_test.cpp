@@ -173,6 +173,29 @@ TEST_F(Angles, FiveDegreesSucceedEverywhere) {
   }
 }
 
+// After a turn of 40° the error model's heading is off by more than ICP converges from.
+TEST_F(Angles, SeveralStartsFindWhatOneDoesNot) {
+  const Outcome simulated =
+      plumbline({"simulate", "-o",          path("turn"), "--size",  "160x120",      "--frames", "16",
+                 "--speed",  "6",           "--scene",    "room",    "--trajectory", "handheld", "--turn",
+                 "40",       "--turn-axis", "pan",        "--exact", "--no-color",   "--quiet"});
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const auto failures = [&](const std::string& search) {
+    int sum = 0;
+    for (const char* seed : {"1", "2", "3"}) {
+      const Outcome outcome = angles({"--angles", "40", "--pairs", "8", "--orientation",
+                                      path("turn") + "/groundtruth.txt", "--imu-model", "bno055", "--imu-seed", seed,
+                                      "--set", "orientation.search=" + search, "--json", path("starts.json")});
+      EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+      sum += nlohmann::json::parse(read_text(path("starts.json")))["angles"][0]["failures"].get<int>();
+    }
+    return sum;  // of 24
+  };
+  const int with = failures("4"), without = failures("0");
+  EXPECT_LE(with, 4);
+  EXPECT_GE(without, with + 3);
+}
+
 TEST_F(Angles, BadInput) {
   std::filesystem::remove(sequence() + "/groundtruth.txt");
   const Outcome without = plumbline({"angles", sequence()});

@@ -174,13 +174,29 @@ TEST(Placement, KeepsClearOfSurfacesAndUpright) {
 
 TEST(TurnPairs, TurnOnTheSpot) {
   const double angle = 25 * kDegree;
-  const TurnPairs pairs(winding_motion(), angle, 30, 3);
-  for (int k = 0; k < 20; ++k) {
-    const SE3 a = pairs.at(2 * k / 30.0), b = pairs.at((2 * k + 1) / 30.0);
-    EXPECT_LT((a.translation() - b.translation()).norm(), 1e-9);
-    EXPECT_NEAR(so3::angle(a.rotation().transpose() * b.rotation()), angle, 1e-6);
-    EXPECT_LT((a.translation() - winding_motion().at(2 * k / 30.0).translation()).norm(), 1e-9);
+  for (const TurnAxis axis : {TurnAxis::pan, TurnAxis::any}) {
+    const TurnPairs pairs(winding_motion(), angle, axis, 30, 3);
+    for (int k = 0; k < 20; ++k) {
+      const SE3 a = pairs.at(2 * k / 30.0), b = pairs.at((2 * k + 1) / 30.0);
+      EXPECT_LT((a.translation() - b.translation()).norm(), 1e-9);
+      EXPECT_NEAR(so3::angle(a.rotation().transpose() * b.rotation()), angle, 1e-6);
+      EXPECT_LT((a.translation() - winding_motion().at(2 * k / 30.0).translation()).norm(), 1e-9);
+    }
   }
+}
+
+TEST(TurnPairs, PanToTheLeftAndToTheRight) {
+  const double angle = 25 * kDegree;
+  const TurnPairs pairs(winding_motion(), angle, TurnAxis::pan, 30, 3);
+  int right = 0;
+  for (int k = 0; k < 40; ++k) {
+    const Vector3d turn =
+        so3::log(pairs.at(2 * k / 30.0).rotation().transpose() * pairs.at((2 * k + 1) / 30.0).rotation());
+    EXPECT_LT((turn.cwiseAbs() - angle * Vector3d::UnitY()).norm(), 1e-6);
+    right += turn.y() > 0;
+  }
+  EXPECT_GT(right, 5);
+  EXPECT_LT(right, 35);
 }
 
 TEST(Sensor, IntegratedGyroscopeGivesTheOrientation) {

@@ -1,0 +1,33 @@
+// Where ICP may start from when the expected pose may lie outside of what it converges from: several starts are
+// registered coarsely, and the one that explains most is taken.
+#pragma once
+
+#include <vector>
+
+#include "core/parameters.h"
+#include "core/se3.h"
+#include "tracking/tracker.h"
+
+namespace plumbline {
+
+/// How well a registration explains what two images have in common, as a part of the live one's readings: to choose
+/// between several by. What meets the model and does not match speaks against it, else the one with the largest overlap
+/// would be the best.
+double agreement(const TrackingResult& result);
+
+/// Whether it is lost or explains so little, and so much less than that of the last believed frame did, that another
+/// start may well lead to a better one.
+bool is_doubtful(const TrackingResult& result, double last_agreement);
+
+/// Turns of a camera about `seed`: about eight axes across the line of sight, by one, two and three times `step`
+/// radians.
+std::vector<SE3> turned_about(const SE3& seed, double step);
+
+/// The parameters without the finest level, where most of the time goes: as good for choosing where to start.
+TrackingParameters coarse(TrackingParameters parameters);
+
+/// With more and smaller steps, for images that have little in common: they hold some directions so weakly that ICP
+/// comes near the minimum but slowly.
+TrackingParameters patient(TrackingParameters parameters);
+
+}  // namespace plumbline
