@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """`plumbline calibrate` on simulated recordings, through rendered depth and the tracker, as Markdown tables.
 
-    bench/calibration.py [-o DIR] [--seeds 20] [--poor 20] [--scene room] [--jobs N]
+    bench/calibration.py [-o DIR] [--seeds 20] [--poor 20] [--scene room] [--size 320x240] [--rate 20] [--jobs N]
 
 Every seed has a mounting drawn at random, a latency, a clock and a depth camera of its own, and the error model of a
 BNO055 (±3°, ±10°). The same frames are then calibrated with an ideal sensor, with the depth as it was measured, and
@@ -39,6 +39,8 @@ class Case:
     seed: int
     motion: tuple
     scene: str
+    size: str
+    rate: str
 
     def __post_init__(self):
         draw = random.Random(self.seed)
@@ -52,12 +54,12 @@ class Case:
         return self.folder.name
 
     def simulate(self, folder, size, *more):
-        runs.call("simulate", "-o", str(folder), "--scene", self.scene, *self.motion, "--rate", "20", "--size", size,
+        runs.call("simulate", "-o", str(folder), "--scene", self.scene, *self.motion, "--rate", self.rate, "--size", size,
                   "--no-color", "--seed", str(self.seed), "--quiet", "--imu-latency", str(self.latency),
                   "--imu-clock-offset", str(self.clock), "--imu-mounting", " ".join(map(str, self.mounting)), *more)
 
     def record(self):
-        self.simulate(self.sequence, "320x240")
+        self.simulate(self.sequence, self.size)
 
     def calibrate(self, readings, *source):
         """Errors of mounting (degrees) and offset (ms); what the program said where it refused."""
@@ -84,7 +86,7 @@ def good(case):
     result = {"chip": case.calibrate(chip, case.sequence, "--depth-output", depth)}
     straight = case.track("straight", "--depth-calibration", depth)
     result["ideal sensor"] = case.calibrate(ideal / "orientation.txt", "--trajectory", straight)
-    bent = case.track("bent")
+    bent = case.track("bent", "--set", "preprocess.calibrate_depth=false")
     result["chip, depth as measured"] = case.calibrate(chip, "--trajectory", bent)
     result["chip, true poses"] = case.calibrate(chip, "--trajectory", truth)
     shutil.rmtree(case.sequence / "depth")
@@ -114,8 +116,10 @@ def main():
     parser.set_defaults(seeds=20)
     parser.add_argument("--poor", type=int, default=20, metavar="N", help="poor recordings (default 20)")
     parser.add_argument("--scene", default="room", help="of `plumbline simulate` (default room)")
+    parser.add_argument("--size", default="320x240", help="of the depth images (default 320x240)")
+    parser.add_argument("--rate", default="20", help="frames a second (default 20)")
     arguments = runs.parse(parser, "calibration")
-    cases = [Case(arguments.output / f"good-{seed}", seed, DANCE, arguments.scene)
+    cases = [Case(arguments.output / f"good-{seed}", seed, DANCE, arguments.scene, arguments.size, arguments.rate)
              for seed in range(1, arguments.seeds + 1)]
     results = runs.known(runs.each(good, cases, arguments.jobs))
     if results:
@@ -124,7 +128,8 @@ def main():
         for name in results[0]:
             print(row(name, [result[name] for result in results]))
     kinds = list(POOR)
-    cases = [Case(arguments.output / f"poor-{seed}", 100 + seed, POOR[kinds[seed % len(kinds)]], arguments.scene)
+    cases = [Case(arguments.output / f"poor-{seed}", 100 + seed, POOR[kinds[seed % len(kinds)]], arguments.scene, arguments.size,
+                  arguments.rate)
              for seed in range(arguments.poor)]
     said = list(runs.each(poor, cases, arguments.jobs))
     if said:

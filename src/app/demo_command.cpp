@@ -32,7 +32,7 @@ constexpr double kErrorRange = 0.02;                             // metres that 
 constexpr double kGoodTrajectory = 0.010, kGoodSurface = 0.010;  // metres
 constexpr double kFast = 4;
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
-constexpr int kFastFrames = 160;  // before they are played faster
+constexpr int kFastFrames = 148;  // before they are played faster; then the hand comes too near to see anything
 
 struct DemoArguments {
   std::string output = "demo", command_line;
