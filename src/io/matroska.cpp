@@ -54,9 +54,11 @@ bool without_exception(Call&& call) {
   }
 }
 
+// An element in a place where it does not belong has its number, but is none of its kind (EbmlDummy): casts are checked.
+
 template <class Element>
 const Element* child_of(ebml::EbmlMaster& master) {
-  return static_cast<Element*>(master.FindElt(EBML_INFO(Element)));
+  return dynamic_cast<Element*>(master.FindElt(EBML_INFO(Element)));
 }
 
 template <class Element, class Visit>
@@ -87,6 +89,16 @@ template <class Element>
 std::uint64_t number_of(ebml::EbmlMaster& master, std::uint64_t otherwise) {
   const auto* element = child_of<Element>(master);
   return element == nullptr ? otherwise : static_cast<std::uint64_t>(*element);
+}
+
+/// Whether `element`, which is not looked at, hangs somewhere below.
+bool is_below(ebml::EbmlMaster& master, const ebml::EbmlElement* element) {
+  for (ebml::EbmlElement* child : master.GetElementList()) {
+    if (child == element) return true;
+    auto* deeper = dynamic_cast<ebml::EbmlMaster*>(child);
+    if (deeper != nullptr && is_below(*deeper, element)) return true;
+  }
+  return false;
 }
 
 class Indexer {
@@ -152,12 +164,15 @@ class Indexer {
 
   /// An element with all below it.
   ebml::EbmlMaster& read_whole(ebml::EbmlElement& element) {
+    auto* master = dynamic_cast<ebml::EbmlMaster*>(&element);
+    if (master == nullptr) fail("has a header where none belongs");
     if (!element.IsFiniteSize() || element.GetSize() > kMaxHeader) fail("has a header of impossible size");
     int upper_level = 0;
     ebml::EbmlElement* found = nullptr;
     element.Read(stream_, EBML_CONTEXT(&element), upper_level, found, true);
-    const std::unique_ptr<ebml::EbmlElement> beyond(found);
-    return static_cast<ebml::EbmlMaster&>(element);
+    // What was found beyond the element is ours; what was found beyond a part of it is named here, too, and hangs below.
+    const std::unique_ptr<ebml::EbmlElement> beyond(is_below(*master, found) ? nullptr : found);
+    return *master;
   }
 
   void add_part(ebml::EbmlElement& part) {
@@ -200,17 +215,15 @@ class Indexer {
     std::uint64_t time = 0;
     const std::uint64_t end = end_of(cluster);
     resume_ = each_child(cluster, end, [&](ebml::EbmlElement& child) {
-      const ebml::EbmlId id(child);
-      if (id == EBML_ID(kax::KaxClusterTimecode)) {
-        auto& stamp = static_cast<kax::KaxClusterTimecode&>(child);
-        stamp.ReadData(io_);
-        time = static_cast<std::uint64_t>(stamp);
-      } else if (id == EBML_ID(kax::KaxSimpleBlock)) {
-        add_block(static_cast<kax::KaxSimpleBlock&>(child), time);
-      } else if (id == EBML_ID(kax::KaxBlockGroup)) {
+      if (auto* stamp = dynamic_cast<kax::KaxClusterTimecode*>(&child)) {
+        stamp->ReadData(io_);
+        time = static_cast<std::uint64_t>(*stamp);
+      } else if (auto* simple = dynamic_cast<kax::KaxSimpleBlock*>(&child)) {
+        add_block(*simple, time);
+      } else if (dynamic_cast<kax::KaxBlockGroup*>(&child) != nullptr) {
         const std::uint64_t after = resume_;
-        each_child(child, end_of(child), [&](ebml::EbmlElement& block) {
-          if (ebml::EbmlId(block) == EBML_ID(kax::KaxBlock)) add_block(static_cast<kax::KaxBlock&>(block), time);
+        each_child(child, end_of(child), [&](ebml::EbmlElement& element) {
+          if (auto* block = dynamic_cast<kax::KaxBlock*>(&element)) add_block(*block, time);
         });
         resume_ = after;
       }
