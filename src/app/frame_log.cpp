@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/time.h"
+#include "tracking/start_search.h"
 
 namespace plumbline::app {
 namespace {
@@ -23,9 +24,11 @@ std::vector<std::string> columns(const TrackingParameters& parameters) {
     names.push_back(fmt::format("iterations_level{}", parameters.finest_level + levels - 1 - i));
   for (const char* name : {"inliers",
                            "inlier_fraction",
+                           "agreement",
                            "rms_m",
                            "median_distance_m",
                            "orientation",
+                           "starts",
                            "seed_deg",
                            "seed_to_result_deg",
                            "rank",
@@ -66,9 +69,11 @@ void FrameLog::add(const FrameReport& report, const ReadTimes& read, std::string
   }
   row.push_back(std::to_string(tracking.inliers));
   row.push_back(fmt::format("{:.6g}", tracking.inlier_fraction));
+  row.push_back(fmt::format("{:.6g}", agreement(tracking)));
   row.push_back(fmt::format("{:.6g}", tracking.rms));
   row.push_back(fmt::format("{:.6g}", tracking.median_distance));
   row.emplace_back(report.orientation == OrientationUse::missing ? missing_reading : to_string(report.orientation));
+  row.push_back(std::to_string(report.starts));
   row.push_back(fmt::format("{:.4f}", report.seed_angle * kDegreesPerRadian));
   row.push_back(fmt::format("{:.4f}", report.seed_to_result_angle * kDegreesPerRadian));
   row.push_back(std::to_string(tracking.rank));

@@ -54,7 +54,8 @@ bool without_exception(Call&& call) {
   }
 }
 
-// An element in a place where it does not belong has its number, but is none of its kind (EbmlDummy): casts are checked.
+// An element in a place where it does not belong has its number, but is none of its kind (EbmlDummy): casts are
+// checked.
 
 template <class Element>
 const Element* child_of(ebml::EbmlMaster& master) {
@@ -170,7 +171,8 @@ class Indexer {
     int upper_level = 0;
     ebml::EbmlElement* found = nullptr;
     element.Read(stream_, EBML_CONTEXT(&element), upper_level, found, true);
-    // What was found beyond the element is ours; what was found beyond a part of it is named here, too, and hangs below.
+    // What was found beyond the element is ours; what was found beyond a part of it is named here, too, and hangs
+    // below.
     const std::unique_ptr<ebml::EbmlElement> beyond(is_below(*master, found) ? nullptr : found);
     return *master;
   }

@@ -39,6 +39,13 @@ bool is_witness(const TrackingResult& unaided, const TrackingResult& aided) {
   return unaided.status == TrackingStatus::tracked && agreement(unaided) > agreement(aided) - kAsGood;
 }
 
+/// A frame's registration, where it started, and how many starts were tried.
+struct Registration {
+  TrackingResult result;
+  SE3 seed;
+  int starts = 1;
+};
+
 const Parameters& validated(const Parameters& parameters) {
   validate(parameters);
   return parameters;
@@ -62,8 +69,8 @@ struct Pipeline::State {
   TrackingResult register_frame(const Frame& frame, FrameReport* report, FrameDiagnostics* diagnostics);
   TrackingResult register_from(const SE3& seed, const Frame& frame, bool with_orientation,
                                const TrackingParameters& tracking, std::vector<IcpIteration>* trace) const;
-  TrackingResult register_aided(const Frame& frame, std::vector<IcpIteration>* trace, SE3* seed) const;
-  TrackingResult register_unaided(const Frame& frame, std::vector<IcpIteration>* trace, SE3* seed) const;
+  Registration register_aided(const Frame& frame, std::vector<IcpIteration>* trace) const;
+  Registration register_unaided(const Frame& frame, std::vector<IcpIteration>* trace) const;
   SE3 best_of(const std::vector<SE3>& starts, const Frame& frame, bool with_orientation) const;
   SE3 expected_pose(const Frame& frame) const;
   void believe(const Frame& frame, const TrackingResult& tracking, const std::optional<TrackingResult>& witness);
@@ -81,9 +88,9 @@ struct Pipeline::State {
   OrientationGuide guide;
   MotionModel motion;
   SteadyTurn turn;
-  SE3 world_from_camera;  ///< the last pose that was believed
-  Nanoseconds time = 0;   ///< and its frame's
-  double last_agreement = 1;
+  SE3 world_from_camera;      ///< the last pose that was believed
+  Nanoseconds time = 0;       ///< and its frame's
+  double last_agreement = 1;  ///< of the last frame that was believed
   SE3 world_from_model;
   int probation = 0;  ///< frames that were also registered without the sensor
   bool initialised = false;
@@ -143,66 +150,64 @@ TrackingResult Pipeline::State::initialise() {
 /// With the sensor where it is believed. Without it in its place if only that way leads anywhere; and, at the start,
 /// beside it, as a witness that owes the sensor nothing.
 TrackingResult Pipeline::State::register_frame(const Frame& frame, FrameReport* report, FrameDiagnostics* diagnostics) {
-  TrackingResult result;
-  result.world_from_camera = world_from_camera;
-  result.reason = LostReason::no_depth;
-  if (!live.has_depth()) return result;
+  TrackingResult nothing;
+  nothing.world_from_camera = world_from_camera;
+  nothing.reason = LostReason::no_depth;
+  if (!live.has_depth()) return nothing;
 
   report->orientation = guide.use(frame.earth_from_camera);
   const bool aided = report->orientation == OrientationUse::used;
   std::vector<IcpIteration>* trace =
       diagnostics != nullptr && diagnostics->want_iterations ? &diagnostics->iterations : nullptr;
-  SE3 seed;
-  result = aided ? register_aided(frame, trace, &seed) : register_unaided(frame, trace, &seed);
+  Registration found = aided ? register_aided(frame, trace) : register_unaided(frame, trace);
 
-  std::optional<TrackingResult> witness = result;
-  const bool doubted = probation < parameters.orientation.probation || result.status == TrackingStatus::lost;
+  std::optional<TrackingResult> witness = found.result;
+  const bool doubted = probation < parameters.orientation.probation || found.result.status == TrackingStatus::lost;
   if (aided && guide.is_judged() && doubted) {
     ++probation;
-    SE3 unaided_seed;
-    witness = register_unaided(frame, nullptr, &unaided_seed);
-    if (is_clearly_better(*witness, result, last_agreement)) {
-      result = *witness;
-      seed = unaided_seed;
+    const Registration unaided = register_unaided(frame, nullptr);
+    witness = unaided.result;
+    if (is_clearly_better(unaided.result, found.result, last_agreement)) {
+      found = unaided;
       report->orientation = OrientationUse::dropped;
-    } else if (!is_witness(*witness, result)) {
+    } else if (!is_witness(unaided.result, found.result)) {
       witness.reset();
     }
   }
-  report->seed_angle = angle_between(world_from_camera, seed);
-  report->seed_to_result_angle = angle_between(seed, result.world_from_camera);
-  if (result.status == TrackingStatus::tracked)
-    believe(frame, result, witness);
+  report->starts = found.starts;
+  report->seed_angle = angle_between(world_from_camera, found.seed);
+  report->seed_to_result_angle = angle_between(found.seed, found.result.world_from_camera);
+  if (found.result.status == TrackingStatus::tracked)
+    believe(frame, found.result, witness);
   else
     turn.forget();
-  return result;
+  return found.result;
 }
 
-/// With the sensor. After a large turn several starts are tried, for the sensor's heading may be far off.
-TrackingResult Pipeline::State::register_aided(const Frame& frame, std::vector<IcpIteration>* trace, SE3* seed) const {
+/// After a large turn several starts are tried, for the sensor's heading may be far off.
+Registration Pipeline::State::register_aided(const Frame& frame, std::vector<IcpIteration>* trace) const {
   const Eigen::Matrix3d& earth_from_camera = *frame.earth_from_camera;
   const std::vector<SE3> starts = guide.starts(guide.seed(expected_pose(frame), earth_from_camera), earth_from_camera);
-  *seed = starts.front();
-  if (starts.size() == 1) return register_from(*seed, frame, true, parameters.tracking, trace);
-  *seed = best_of(starts, frame, true);
-  return register_from(*seed, frame, true, patient(parameters.tracking), trace);
+  const bool turned_far = starts.size() > 1;
+  const SE3 seed = turned_far ? best_of(starts, frame, true) : starts.front();
+  const TrackingParameters tracking = turned_far ? patient(parameters.tracking) : parameters.tracking;
+  return {register_from(seed, frame, true, tracking, trace), seed, static_cast<int>(starts.size())};
 }
 
-/// Without it. Other turns than the expected one are tried where images and model disagree.
-TrackingResult Pipeline::State::register_unaided(const Frame& frame, std::vector<IcpIteration>* trace,
-                                                 SE3* seed) const {
-  *seed = expected_pose(frame);
-  const TrackingResult result = register_from(*seed, frame, false, parameters.tracking, trace);
-  if (parameters.tracking.search <= 0 || !is_doubtful(result, last_agreement)) return result;
-  const std::vector<SE3> starts = turned_about(*seed, parameters.tracking.search * std::numbers::pi / 180);
+/// Other turns than the expected one are tried where images and model disagree, and believed where that is mended.
+Registration Pipeline::State::register_unaided(const Frame& frame, std::vector<IcpIteration>* trace) const {
+  const SE3 expected = expected_pose(frame);
+  Registration found = {register_from(expected, frame, false, parameters.tracking, trace), expected};
+  if (parameters.tracking.search <= 0 || !is_doubtful(found.result, last_agreement)) return found;
+  const std::vector<SE3> starts = turned_about(expected, parameters.tracking.search * std::numbers::pi / 180);
+  found.starts += static_cast<int>(starts.size());
   const SE3 other = best_of(starts, frame, false);
   std::vector<IcpIteration> iterations;
   const TrackingResult searched =
       register_from(other, frame, false, patient(parameters.tracking), trace == nullptr ? nullptr : &iterations);
-  if (is_doubtful(searched, last_agreement)) return result;
-  *seed = other;
+  if (is_doubtful(searched, last_agreement)) return found;
   if (trace != nullptr) *trace = iterations;
-  return searched;
+  return {searched, other, found.starts};
 }
 
 /// The start from which a coarse registration explains most.
@@ -247,8 +252,8 @@ void Pipeline::State::believe(const Frame& frame, const TrackingResult& tracking
     motion.observe(world_from_camera.translation(), tracking.world_from_camera.translation(),
                    tracking.position_covariance, seconds);
     turn.observe(world_from_camera.rotation(), tracking.world_from_camera.rotation(), seconds);
+    last_agreement = agreement(tracking);
   }
-  if (tracking.status == TrackingStatus::tracked) last_agreement = agreement(tracking);
   world_from_camera = tracking.world_from_camera;
   time = frame.time;
   std::optional<Eigen::Matrix3d> rotation;

@@ -29,7 +29,8 @@ struct FrameReport {
   TrackingResult tracking;  ///< status, reason, iterations, inliers, residuals
   SE3 world_from_camera;    ///< the estimate; for a lost frame the last pose that was believed
   OrientationUse orientation = OrientationUse::off;
-  double seed_angle = 0;            ///< radians from the last pose to the seed
+  int starts = 1;                   ///< poses that registration was begun from
+  double seed_angle = 0;            ///< radians from the last pose to the seed, the best of them
   double seed_to_result_angle = 0;  ///< radians from the seed to the estimate
   StageTimes milliseconds;
 };
