@@ -38,6 +38,7 @@ Parameters plumbline() {
   p.tracking.gate_per_median = 5;
   p.tracking.normal_gate = 30;
   p.tracking.min_inlier_fraction = 0.01;  // a turn of 50° leaves no more in common
+  p.tracking.min_matched = 0.15;
   p.tracking.search = 7;
   p.tracking.depth_weights = true;
   p.tracking.huber = 0.01;

@@ -25,6 +25,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 #endif
 
 namespace plumbline {
@@ -101,6 +102,23 @@ bool is_below(ebml::EbmlMaster& master, const ebml::EbmlElement* element) {
   }
   return false;
 }
+
+/// A file that does not let itself be read for ever beyond its end: the library waits there for a byte that is not 255.
+class PatientFile : public ebml::StdIOCallback {
+ public:
+  using StdIOCallback::StdIOCallback;
+
+  std::uint32_t read(void* buffer, std::size_t size) override {
+    constexpr int kPatience = 1000;
+    const std::uint32_t got = StdIOCallback::read(buffer, size);
+    empty_ = got > 0 || size == 0 ? 0 : empty_ + 1;
+    if (empty_ > kPatience) throw std::runtime_error("read beyond the end");
+    return got;
+  }
+
+ private:
+  int empty_ = 0;
+};
 
 class Indexer {
  public:
@@ -232,7 +250,20 @@ class Indexer {
     });
   }
 
+  /// 256 frames of one size: the library counts them in eight bits, for ever.
+  bool is_laced_for_ever(const kax::KaxInternalBlock& block) {
+    unsigned char head[6] = {};  // track number of one or two bytes, time, flags, number of frames less one
+    const auto start = static_cast<std::int64_t>(block.GetElementPosition() + block.HeadSize());
+    io_.setFilePointer(start);
+    io_.read(head, sizeof head);
+    io_.setFilePointer(start);
+    const int flags = (head[0] & 0x80) != 0 ? 3 : 4;
+    const bool fixed_size = (head[flags] & 0x06) == 0x04;
+    return fixed_size && head[flags + 1] == 0xff;
+  }
+
   void add_block(kax::KaxInternalBlock& block, std::uint64_t cluster_time) {
+    if (is_laced_for_ever(block)) fail("has a block of impossible lacing");
     block.ReadData(io_, ebml::SCOPE_PARTIAL_DATA);  // the header alone
     MatroskaTrack* track = nullptr;
     for (MatroskaTrack& candidate : file_.tracks)
@@ -261,7 +292,7 @@ class Indexer {
 
   std::string path_;
   std::vector<std::string>* notes_;
-  ebml::StdIOCallback io_;
+  PatientFile io_;
   ebml::EbmlStream stream_;
   std::uint64_t size_ = 0, scale_ = 1'000'000;
   std::uint64_t resume_ = 0;  ///< where the visited child ends

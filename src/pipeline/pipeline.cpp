@@ -71,6 +71,8 @@ struct Pipeline::State {
                                const TrackingParameters& tracking, std::vector<IcpIteration>* trace) const;
   Registration register_aided(const Frame& frame, std::vector<IcpIteration>* trace) const;
   Registration register_unaided(const Frame& frame, std::vector<IcpIteration>* trace) const;
+  Registration mended(Registration found, const Frame& frame, bool with_orientation,
+                      std::vector<IcpIteration>* trace) const;
   SE3 best_of(const std::vector<SE3>& starts, const Frame& frame, bool with_orientation) const;
   SE3 expected_pose(const Frame& frame) const;
   void believe(const Frame& frame, const TrackingResult& tracking, const std::optional<TrackingResult>& witness);
@@ -191,20 +193,26 @@ Registration Pipeline::State::register_aided(const Frame& frame, std::vector<Icp
   const bool turned_far = starts.size() > 1;
   const SE3 seed = turned_far ? best_of(starts, frame, true) : starts.front();
   const TrackingParameters tracking = turned_far ? patient(parameters.tracking) : parameters.tracking;
-  return {register_from(seed, frame, true, tracking, trace), seed, static_cast<int>(starts.size())};
+  return mended({register_from(seed, frame, true, tracking, trace), seed, static_cast<int>(starts.size())}, frame, true,
+                trace);
 }
 
-/// Other turns than the expected one are tried where images and model disagree, and believed where that is mended.
 Registration Pipeline::State::register_unaided(const Frame& frame, std::vector<IcpIteration>* trace) const {
-  const SE3 expected = expected_pose(frame);
-  Registration found = {register_from(expected, frame, false, parameters.tracking, trace), expected};
-  if (parameters.tracking.search <= 0 || !is_doubtful(found.result, last_agreement)) return found;
-  const std::vector<SE3> starts = turned_about(expected, parameters.tracking.search * std::numbers::pi / 180);
+  const SE3 seed = expected_pose(frame);
+  return mended({register_from(seed, frame, false, parameters.tracking, trace), seed}, frame, false, trace);
+}
+
+/// Where images and model disagree, turns about the seed are tried, and the best is believed if it is beyond doubt.
+Registration Pipeline::State::mended(Registration found, const Frame& frame, bool with_orientation,
+                                     std::vector<IcpIteration>* trace) const {
+  const double step = with_orientation ? parameters.orientation.search : parameters.tracking.search;
+  if (step <= 0 || !is_doubtful(found.result, last_agreement)) return found;
+  const std::vector<SE3> starts = turned_about(found.seed, step * std::numbers::pi / 180);
   found.starts += static_cast<int>(starts.size());
-  const SE3 other = best_of(starts, frame, false);
+  const SE3 other = best_of(starts, frame, with_orientation);
   std::vector<IcpIteration> iterations;
-  const TrackingResult searched =
-      register_from(other, frame, false, patient(parameters.tracking), trace == nullptr ? nullptr : &iterations);
+  const TrackingResult searched = register_from(other, frame, with_orientation, patient(parameters.tracking),
+                                                trace == nullptr ? nullptr : &iterations);
   if (is_doubtful(searched, last_agreement)) return found;
   if (trace != nullptr) *trace = iterations;
   return {searched, other, found.starts};

@@ -135,7 +135,8 @@ Eigen::Matrix3d position_covariance(const Matrix6d& h, const SE3& world_from_mod
 }
 
 LostReason judge(const TrackingResult& result, const TrackingInput& input, const TrackingParameters& parameters) {
-  if (result.inliers < parameters.min_inliers || result.inlier_fraction < parameters.min_inlier_fraction)
+  if (result.inliers < parameters.min_inliers || result.inlier_fraction < parameters.min_inlier_fraction ||
+      result.inliers < parameters.min_matched * result.pairs)
     return LostReason::few_inliers;
   if (result.rank < 6 || !result.world_from_camera.is_finite()) return LostReason::singular;
   const SE3 step = input.world_from_camera_seed.inverse() * result.world_from_camera;
