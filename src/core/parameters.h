@@ -159,7 +159,8 @@ void tracking_fields(P& p, Visitor&& v) {
   v("histogram_range", p.histogram_range, "m", "range of the distance distribution", Range{1e-3, 100});
   v("min_inlier_fraction", p.min_inlier_fraction, "1", "fewer matched pixels with depth than this: lost", Range{0, 1});
   v("min_inliers", p.min_inliers, "", "fewer matched pixels than this: lost", Range{6, 1e9});
-  v("min_matched", p.min_matched, "1", "fewer matched pixels of those that meet the model than this: lost", Range{0, 1});
+  v("min_matched", p.min_matched, "1", "fewer matched pixels of those that meet the model than this: lost",
+    Range{0, 1});
   v("max_condition", p.max_condition, "1", "condition number of the scaled normal equations above which: lost",
     Range{1, 1e300});
   v("max_step_translation", p.max_step_translation, "m", "a longer step between frames is implausible: lost",

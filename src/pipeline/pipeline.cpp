@@ -222,6 +222,7 @@ Registration Pipeline::State::mended(Registration found, const Frame& frame, boo
 SE3 Pipeline::State::best_of(const std::vector<SE3>& starts, const Frame& frame, bool with_orientation) const {
   const TrackingParameters tracking = coarse(parameters.tracking);
   std::vector<double> agreements;
+  agreements.reserve(starts.size());
   for (const SE3& start : starts)
     agreements.push_back(agreement(register_from(start, frame, with_orientation, tracking, nullptr)));
   return starts[static_cast<std::size_t>(std::max_element(agreements.begin(), agreements.end()) - agreements.begin())];
