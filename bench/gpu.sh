@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # On a machine with a GPU: what the CUDA backend does, in one call.
 #   bench/gpu.sh BUILD [SEQUENCE]     BUILD: a release build's folder, SEQUENCE: a TUM folder to time whole runs on
-# Runs every test of the stages and of the pipeline on the device, the memory and race checks, and times both backends.
+# Runs every test of the stages and of the pipeline on the device, the memory and race checks, times the stages by wall
+# clock and by CUDA events, and compares and times whole runs on both backends.
 set -euo pipefail
 build=${1:?usage: bench/gpu.sh BUILD [SEQUENCE]} sequence=${2:-}
 nvidia-smi --query-gpu=name,driver_version --format=csv,noheader
@@ -15,6 +16,12 @@ if command -v compute-sanitizer >/dev/null; then
 else
   echo "gpu.sh: no compute-sanitizer here; memory and races are not checked" >&2
 fi
+for preset in kinectfusion plumbline; do
+  "$build/plumbline" bench --preset $preset --backend cuda
+  "$build/plumbline" bench --preset $preset --backend cuda --set volume.resolution=1024
+  "$build/plumbline" bench --preset $preset --backend cuda --width 1280 --height 960
+  "$build/plumbline" bench --preset $preset --backend cpu
+done
 [[ -n $sequence ]] || exit 0
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
@@ -23,4 +30,6 @@ for preset in kinectfusion plumbline; do
     echo "== $preset on $backend"
     "$build/plumbline" run "$sequence" --preset $preset --backend $backend -o "$out/$preset-$backend"
   done
+  echo "== $preset: how far the two paths are apart"
+  "$build/plumbline" eval ate "$out/$preset-cuda/trajectory.txt" "$out/$preset-cpu/trajectory.txt"
 done

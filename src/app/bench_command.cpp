@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -36,29 +37,45 @@ double copied_per_second(double seconds) {
   return 2 * static_cast<double>(kBytes) / (1e-3 * ms);
 }
 
+/// What a device writes to memory too large for any cache, bytes per second.
+double written_per_second(const Backend& backend, double seconds) {
+  constexpr std::size_t kBytes = std::size_t{1} << 30;
+  const Buffer memory = backend.allocate(kBytes);
+  const double ms =
+      median_of([&] { return backend.milliseconds([&] { backend.clear(memory.get(), kBytes); }); }, seconds);
+  return static_cast<double>(kBytes) / (1e-3 * ms);
+}
+
 struct Row {
   Stage stage;
-  std::vector<double> milliseconds;  ///< per number of threads
+  std::vector<double> milliseconds;  ///< per column
 };
 
-void say_table(const std::vector<Row>& rows, const std::vector<int>& threads, double bytes_per_second) {
+struct StageTable {
+  std::vector<std::string> columns;
+  std::vector<Row> rows;
+  std::size_t judged = 0;  ///< the column that is compared with the floor
+  double bytes_per_second = 0;
+};
+
+void say_table(const StageTable& table) {
   std::string head = fmt::format("{:<26}", "stage");
-  for (const int n : threads) head += fmt::format("{:>12}", fmt::format("{} thread{}", n, n == 1 ? "" : "s"));
-  say("{}{:>11}{:>10}{:>10}{:>8}", head, "ns/item", "MB", "floor", "times");
-  std::vector<double> totals(threads.size(), 0);
-  for (const Row& row : rows) {
+  for (const std::string& column : table.columns) head += fmt::format("{:>13}", column);
+  say("{}{:>11}{:>10}{:>11}{:>8}", head, "ns/item", "MB", "floor", "times");
+  std::vector<double> totals(table.columns.size(), 0);
+  for (const Row& row : table.rows) {
     std::string line = fmt::format("{:<26}", row.stage.name);
-    for (std::size_t i = 0; i < threads.size(); ++i) {
-      line += fmt::format("{:>9.2f} ms", row.milliseconds[i]);
+    for (std::size_t i = 0; i < table.columns.size(); ++i) {
+      line += fmt::format("{:>10.3f} ms", row.milliseconds[i]);
       if (row.stage.is_whole) totals[i] += row.milliseconds[i];
     }
-    const double floor = 1e3 * row.stage.bytes / bytes_per_second;
-    say("{}{:>11}{:>10.1f}{:>7.2f} ms{:>8.1f}", line,
-        fmt::format("{:.2f}/{}", 1e6 * row.milliseconds[0] / std::max(1.0, row.stage.items), row.stage.item),
-        1e-6 * row.stage.bytes, floor, row.milliseconds[0] / floor);
+    const double floor = 1e3 * row.stage.bytes / table.bytes_per_second, judged = row.milliseconds[table.judged];
+    say("{}{:>11}{:>10.1f}{:>8.3f} ms{:>8.1f}", line,
+        fmt::format("{:.2f}/{}", 1e6 * judged / std::max(1.0, row.stage.items), row.stage.item), 1e-6 * row.stage.bytes,
+        floor, judged / floor);
   }
-  std::string line = fmt::format("{:<26}", "a frame");
-  for (const double total : totals) line += fmt::format("{:>9.2f} ms", total);
+  std::string line = fmt::format("{:<26}", "sum of the stages");
+  for (const double total : totals) line += fmt::format("{:>10.3f} ms", total);
   say(line);
 }
 
@@ -89,6 +106,57 @@ int bench_growth(const BenchArguments& arguments, const Parameters& parameters) 
   return 0;
 }
 
+using Head = std::function<void(const Backend&)>;
+
+/// The stages of a scene, and a frame at once.
+std::vector<Stage> all_stages(StageScene& scene) {
+  std::vector<Stage> stages = scene.stages();
+  stages.push_back(scene.frame());
+  return stages;
+}
+
+/// Wall times with one thread and with all.
+void bench_threads(const BenchArguments& arguments, const Parameters& parameters, const StageFrames& frames,
+                   const Head& say_head) {
+  std::vector<int> threads = {1};
+  const int all = arguments.threads > 0 ? arguments.threads : processors();
+  if (all > 1) threads.push_back(all);
+  StageTable table;
+  for (const int n : threads) {
+    StageScene scene(frames, parameters, arguments.backend, n);
+    if (n == 1) say_head(scene.backend());
+    table.columns.push_back(fmt::format("{} thread{}", n, n == 1 ? "" : "s"));
+    const std::vector<Stage> stages = all_stages(scene);
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+      if (n == 1) table.rows.push_back({stages[i], {}});
+      table.rows[i].milliseconds.push_back(median_milliseconds(stages[i].run, arguments.seconds));
+    }
+  }
+  table.bytes_per_second = copied_per_second(arguments.seconds);
+  say_table(table);
+  say("Medians of wall time. ns/item, floor and times are those of one thread: the floor is what reading and writing "
+      "every\n"
+      "byte once costs at the {:.1f} GB/s that one thread copies here. Arithmetic is not in it.",
+      1e-9 * table.bytes_per_second);
+}
+
+/// By the host's clock and by the device's.
+void bench_device(const BenchArguments& arguments, const Parameters& parameters, const StageFrames& frames,
+                  const Head& say_head) {
+  StageScene scene(frames, parameters, arguments.backend, 1);
+  say_head(scene.backend());
+  StageTable table{{"wall", "device"}, {}, 1, written_per_second(scene.backend(), arguments.seconds)};
+  for (const Stage& stage : all_stages(scene)) {
+    const StageTime time = scene.measure(stage, arguments.seconds);
+    table.rows.push_back({stage, {time.wall, time.device}});
+  }
+  say_table(table);
+  say("Medians: wall time until the device is through, and the device's own time by its events. ns/item, floor and "
+      "times are\n"
+      "those of the device: the floor is what every byte costs once at the {:.0f} GB/s that clearing memory writes.",
+      1e-9 * table.bytes_per_second);
+}
+
 int bench(const BenchArguments& arguments) {
   const Parameters parameters = effective_parameters(arguments.parameters);
   if (!arguments.output.empty() && !arguments.grow)
@@ -97,28 +165,15 @@ int bench(const BenchArguments& arguments) {
   const StageFrames frames = arguments.sequence.empty()
                                  ? simulated_frames(arguments.width, arguments.height, arguments.warm_up)
                                  : recorded_frames(arguments.sequence, arguments.warm_up);
-  std::vector<int> threads = {1};
-  const int all = arguments.threads > 0 ? arguments.threads : processors();
-  if (all > 1) threads.push_back(all);
-  std::vector<Row> rows;
-  for (const int n : threads) {
-    StageScene scene(frames, parameters, arguments.backend, n);
-    if (n == 1)
-      say("{}; {}x{}, {}^3 voxels; {}", scene.backend(), frames.camera.width, frames.camera.height,
-          parameters.volume.resolution,
-          arguments.sequence.empty() ? "the simulated desk" : arguments.sequence + ", first frames");
-    const std::vector<Stage> stages = scene.stages();
-    for (std::size_t i = 0; i < stages.size(); ++i) {
-      if (n == 1) rows.push_back({stages[i], {}});
-      rows[i].milliseconds.push_back(median_milliseconds(stages[i].run, arguments.seconds));
-    }
-  }
-  const double bytes_per_second = copied_per_second(arguments.seconds);
-  say_table(rows, threads, bytes_per_second);
-  say("Medians of wall time. ns/item, floor and times are those of one thread: the floor is what reading and writing "
-      "every\n"
-      "byte once costs at the {:.1f} GB/s that one thread copies here. Arithmetic is not in it.",
-      1e-9 * bytes_per_second);
+  const auto say_head = [&](const Backend& backend) {
+    say("{}; {}x{}, {}^3 voxels; {}", backend.description(), frames.camera.width, frames.camera.height,
+        parameters.volume.resolution,
+        arguments.sequence.empty() ? "the simulated desk" : arguments.sequence + ", first frames");
+  };
+  if (make_backend(arguments.backend, 1)->name() == "cpu")
+    bench_threads(arguments, parameters, frames, say_head);
+  else
+    bench_device(arguments, parameters, frames, say_head);
   return 0;
 }
 

@@ -22,7 +22,7 @@ void add(const StageFrames& frames, const Parameters& parameters, const std::str
   for (const Stage& stage : scene.stages()) {
     if (!stage.is_whole) continue;
     names.push_back(stage.name);
-    column.push_back(median_milliseconds(stage.run, seconds));
+    column.push_back(scene.measure(stage, seconds).wall);
     total += column.back();
   }
   names.emplace_back("a frame");

@@ -19,7 +19,7 @@ Json iteration_json(const IcpIteration& iteration, const OrientationParameters& 
                {"step_rotation_rad", {iteration.step[0], iteration.step[1], iteration.step[2]}},
                {"step_translation_m", {iteration.step[3], iteration.step[4], iteration.step[5]}},
                {"world_from_camera", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}}};
-  if (damped) json["lambda"] = lambda(orientation.schedule, orientation.lambda, iteration.matched_fraction);
+  if (damped) json["lambda"] = kernels::lambda(orientation.schedule, orientation.lambda, iteration.matched_fraction);
   json["histogram"] = iteration.histogram;
   return json;
 }

@@ -19,16 +19,22 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
-double median_milliseconds(const std::function<void()>& run, double seconds) {
+double median_of(const std::function<double()>& time, double seconds) {
   std::vector<double> times;
-  run();  // what is made at the first time is not counted
+  time();  // what is made at the first time is not counted
   const auto start = std::chrono::steady_clock::now();
-  while (times.size() < 3 || milliseconds_since(start) < 1e3 * seconds) {
-    const auto begin = std::chrono::steady_clock::now();
-    run();
-    times.push_back(milliseconds_since(begin));
-  }
+  while (times.size() < 3 || milliseconds_since(start) < 1e3 * seconds) times.push_back(time());
   return median(std::move(times));
+}
+
+double median_milliseconds(const std::function<void()>& run, double seconds) {
+  return median_of(
+      [&] {
+        const auto begin = std::chrono::steady_clock::now();
+        run();
+        return milliseconds_since(begin);
+      },
+      seconds);
 }
 
 StageFrames simulated_frames(int width, int height, int warm_up) {
@@ -89,6 +95,27 @@ std::vector<Stage> StageScene::stages() {
   return stages;
 }
 
+Stage StageScene::frame() {
+  const auto run = [this] {
+    live_.prepare(frames_.frames.back());
+    register_live();
+    volume_.integrate(live_.raw_depth(), nullptr, frames_.camera, pose_);
+    volume_.predict(pose_, parameters_.raycast, &model_);
+  };
+  double bytes = 0;
+  for (const Stage& stage : stages()) bytes += stage.is_whole ? stage.bytes : 0;
+  return {"a frame at once", run, pixels(), "px", bytes, false};
+}
+
+StageTime StageScene::measure(const Stage& stage, double seconds) const {
+  const auto run = [&] {
+    stage.run();
+    backend_->wait();
+  };
+  return {median_milliseconds(run, 0.5 * seconds),
+          median_of([&] { return backend_->milliseconds(stage.run); }, 0.5 * seconds)};
+}
+
 void StageScene::add_preprocessing(std::vector<Stage>& stages) {
   const PreprocessParameters& p = parameters_.preprocess;
   const auto inverse = [](double sigma) { return static_cast<float>(0.5 / (sigma * sigma)); };
@@ -114,7 +141,7 @@ void StageScene::add_registration(std::vector<Stage>& stages) {
   std::vector<Stage> parts;
   for (std::size_t level = missing; level < live_.pyramid().size(); ++level) {
     kernels::IcpInput in = icp_input(live_.pyramid()[level], model_[level - missing]);
-    set_gates(parameters_.tracking, SE3(), 0, &in);
+    registration_rules(parameters_.tracking).set_gates(SE3(), 0, &in);
     const double px = static_cast<double>(in.live_depth.width) * in.live_depth.height;
     constexpr double kBytes = 2 * 16;  // depth and normal, live and predicted
     parts.push_back({fmt::format("  ICP iteration {}x{}", in.live_depth.width, in.live_depth.height),

@@ -1,7 +1,10 @@
 #include "backend/backend.h"
 
+#include <chrono>
+
 #include "backend/cpu/cpu.h"
 #include "backend/cuda/cuda.h"
+#include "backend/registration.h"
 #include "core/error.h"
 
 namespace plumbline {
@@ -16,34 +19,28 @@ void Backend::upload_rows(void* device, std::size_t device_pitch, const void* ho
   }
 }
 
-Matrix6d IcpSums::hessian() const {
-  Matrix6d h;
-  int slot = kernels::icp_sum::kHessian;
-  for (int i = 0; i < 6; ++i) {
-    for (int j = i; j < 6; ++j) h(i, j) = h(j, i) = slots[slot++];
-  }
-  return h;
+kernels::RegistrationState Backend::iterate(const kernels::Registration& registration,
+                                            const SE3& model_from_live) const {
+  return run_passes(*this, registration, model_from_live);
 }
 
-Vector6d IcpSums::gradient() const { return Eigen::Map<const Vector6d>(slots + kernels::icp_sum::kGradient); }
+void Backend::wait() const {}
 
-int IcpSums::median_bin() const {
-  std::int64_t total = 0;
-  for (const std::int32_t n : histogram) total += n;
-  if (total == 0) return -1;
-  std::int64_t below = 0;
-  for (std::size_t bin = 0; bin < histogram.size(); ++bin) {
-    below += histogram[bin];
-    if (2 * below >= total) return static_cast<int>(bin);
-  }
-  return -1;
+double Backend::milliseconds(const std::function<void()>& work) const {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  wait();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 }
+
+Matrix6d IcpSums::hessian() const { return kernels::hessian(slots); }
+
+Vector6d IcpSums::gradient() const { return kernels::gradient(slots); }
+
+int IcpSums::median_bin() const { return kernels::median_bin(histogram.data(), static_cast<int>(histogram.size())); }
 
 double IcpSums::median_distance() const {
-  const int bin = median_bin();
-  if (bin < 0) return 0;
-  const int last = static_cast<int>(histogram.size()) - 1;
-  return bin == last ? last * bin_width : (bin + 0.5) * bin_width;
+  return kernels::median_distance(median_bin(), static_cast<int>(histogram.size()) - 1, bin_width);
 }
 
 std::unique_ptr<Backend> make_backend(const std::string& name, int threads) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,6 +18,11 @@
 #include "kernels/raycast.h"
 
 namespace plumbline {
+
+namespace kernels {
+struct Registration;
+struct RegistrationState;
+}  // namespace kernels
 
 /// What one pass of registration sums up.
 struct IcpSums {
@@ -38,7 +44,9 @@ struct IcpSums {
   double median_distance() const;
 };
 
-/// Runs kernels on one device. Calls return when the result is there. Not thread-safe; every pipeline may have its own.
+/// Runs kernels on one device, in the order of the calls. What a call returns is there when it returns; what it leaves
+/// in the device's memory may come later, and every other call sees it. Not thread-safe; every pipeline may have its
+/// own.
 class Backend {
  public:
   Backend() = default;
@@ -74,6 +82,10 @@ class Backend {
   virtual IcpSums reduce(const kernels::IcpReduce& kernel) const = 0;
   /// Adds the correction to the sums of the pass that wrote its distances.
   virtual void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const = 0;
+  /// All iterations of a frame (kernels/registration.h). Here pass by pass; a device may do without the host between
+  /// them.
+  virtual kernels::RegistrationState iterate(const kernels::Registration& registration,
+                                             const SE3& model_from_live) const;
   virtual void run(const kernels::ExplainPixels& kernel) const = 0;
 
   // Fusion.
@@ -82,8 +94,10 @@ class Backend {
   virtual void run(const kernels::MarkBricks& kernel) const = 0;
   /// Writes the indices i with flags[i] ≠ 0 to `list`, in order, and returns how many there are.
   virtual int compact(const std::int32_t* flags, int count, std::int32_t* list) const = 0;
-  /// Updates the listed bricks; those that get a surface are marked as occupied.
-  virtual void run(const kernels::Integrate& kernel, const std::int32_t* list, int count) const = 0;
+  /// Updates the bricks i < count with flags[i] ≠ 0; those that get a surface are marked as occupied. `list`, of
+  /// `count` elements, gets their indices, and `listed` how many there are: both in the device's memory.
+  virtual void integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count,
+                                std::int32_t* list, std::int32_t* listed) const = 0;
 
   // Prediction.
   /// Writes the spans of all tiles.
@@ -96,6 +110,12 @@ class Backend {
   /// Exclusive prefix sum in place; returns the total. Throws Error above 2³¹ − 1.
   virtual std::int64_t scan(std::int32_t* values, int count) const = 0;
   virtual void run(const kernels::WriteBrick& kernel, int entries) const = 0;
+
+  // For measurements.
+  /// Until all that was asked for is done.
+  virtual void wait() const;
+  /// What the device needs for the calls that `work` makes, by its own clock.
+  virtual double milliseconds(const std::function<void()>& work) const;
 };
 
 struct BackendInfo {

@@ -11,6 +11,7 @@ DepthLevel::DepthLevel(const Pinhole& level_camera, const Backend& backend) : ca
   normal_y = plane();
   normal_z = plane();
   inverse_depth = plane();
+  pair_distances = plane();
 }
 
 DepthPyramid make_pyramid(const Pinhole& camera, int levels, const Backend& backend, int finest_level) {

@@ -14,7 +14,8 @@ namespace plumbline {
 struct DepthLevel {
   Pinhole camera;
   Plane<float> depth, normal_x, normal_y, normal_z;
-  Plane<float> inverse_depth;  ///< scratch of `estimate_plane_normals`; costs nothing before
+  Plane<float> inverse_depth;   ///< scratch of `estimate_plane_normals`; costs nothing before
+  Plane<float> pair_distances;  ///< scratch of a registration of this level with the median filter; likewise
 
   DepthLevel(const Pinhole& level_camera, const Backend& backend);
   kernels::NormalPlanes normals() const { return {normal_x.view(), normal_y.view(), normal_z.view()}; }

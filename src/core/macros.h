@@ -10,3 +10,10 @@
 #else
 #define PL_HD inline
 #endif
+
+/// Of double-precision maths outside of the lanes' kernels that host and device share.
+#if defined(__CUDACC__)
+#define PL_SHARED __host__ __device__ inline
+#else
+#define PL_SHARED inline
+#endif

@@ -85,6 +85,7 @@ Volume::Volume(const VolumeParameters& parameters, const Pinhole& camera, const 
   occupied_ = backend.allocate((slots + 16) * sizeof(std::int32_t));
   marked_ = backend.allocate((slots + 16) * sizeof(std::int32_t));
   list_ = backend.allocate(slots * sizeof(std::int32_t));
+  listed_ = backend.allocate(sizeof(std::int32_t));
   view_.voxels = pointer<std::int32_t>(voxels_);
   view_.colors = pointer<std::int32_t>(colors_);
   view_.occupied = pointer<std::int32_t>(occupied_);
@@ -101,7 +102,8 @@ void Volume::place(const VolumePlacementResult& placement) {
     if (view_.colors != nullptr) backend_->clear(view_.colors, slots * kernels::kBrickVoxels * sizeof(std::int32_t));
     backend_->clear(view_.occupied, slots * sizeof(std::int32_t));
   }
-  bricks_updated_ = frames_ = 0;
+  frames_ = 0;
+  backend_->clear(listed_.get(), sizeof(std::int32_t));
 }
 
 void Volume::make_depth_range(const Pinhole& camera) {
@@ -132,6 +134,12 @@ void Volume::make_depth_range(const Pinhole& camera) {
             pointer<std::int32_t>(range_stride_), static_cast<int>(range_levels_.size())};
 }
 
+int Volume::bricks_updated() const {
+  std::int32_t count = 0;
+  backend_->download(&count, listed_.get(), sizeof count);
+  return count;
+}
+
 void Volume::measure_depth_range(const Plane<float>& depth) const {
   const RangeLevel& base = range_levels_.front();
   backend_->run(kernels::DepthRangeBase{read_only(depth), range_, base.stride}, base.rows);
@@ -147,11 +155,11 @@ void Volume::integrate(const Plane<float>& depth, const Plane<std::int32_t>* col
   const RigidTransform camera_from_volume = to_kernel(world_from_camera.inverse() * world_from_volume_);
   measure_depth_range(depth);
   backend_->run(kernels::MarkBricks{view_, range_, camera, camera_from_volume, pointer<std::int32_t>(marked_)});
-  bricks_updated_ = backend_->compact(pointer<std::int32_t>(marked_), brick_slots(), pointer<std::int32_t>(list_));
   const PlaneView<const std::int32_t> colors = color != nullptr ? read_only(*color) : PlaneView<const std::int32_t>{};
-  backend_->run(kernels::Integrate{view_, read_only(depth), colors, camera, camera_from_volume,
-                                   static_cast<float>(parameters_.max_weight)},
-                pointer<std::int32_t>(list_), bricks_updated_);
+  const kernels::Integrate kernel{view_,  read_only(depth),   colors,
+                                  camera, camera_from_volume, static_cast<float>(parameters_.max_weight)};
+  backend_->integrate_marked(kernel, pointer<std::int32_t>(marked_), brick_slots(), pointer<std::int32_t>(list_),
+                             pointer<std::int32_t>(listed_));
   ++frames_;
 }
 

@@ -40,7 +40,7 @@ class Volume {
   const SE3& world_from_volume() const { return world_from_volume_; }
   double side() const { return view_.voxel_size * static_cast<double>(view_.resolution()); }
   double voxel_size() const { return view_.voxel_size; }
-  int bricks_updated() const { return bricks_updated_; }  ///< by the last frame
+  int bricks_updated() const;  ///< by the last frame
   const kernels::VolumeView& view() const { return view_; }
 
  private:
@@ -57,13 +57,13 @@ class Volume {
   VolumeParameters parameters_;
   SE3 world_from_volume_;
   kernels::VolumeView view_;
-  Buffer voxels_, colors_, occupied_, marked_, list_;
+  Buffer voxels_, colors_, occupied_, marked_, list_, listed_;
   mutable Buffer spans_;  ///< of the last prediction's rays; scratch
   mutable std::size_t span_tiles_ = 0;
   Buffer range_nearest_, range_farthest_, range_first_, range_stride_;
   kernels::DepthRangeView range_;
   std::vector<RangeLevel> range_levels_;
-  int bricks_updated_ = 0, frames_ = 0;
+  int frames_ = 0;
 };
 
 }  // namespace plumbline

@@ -231,19 +231,16 @@ SE3 Pipeline::State::best_of(const std::vector<SE3>& starts, const Frame& frame,
 TrackingResult Pipeline::State::register_from(const SE3& seed, const Frame& frame, bool with_orientation,
                                               const TrackingParameters& tracking,
                                               std::vector<IcpIteration>* trace) const {
-  PriorSum priors;
-  std::unique_ptr<Prior> orientation;
-  if (with_orientation) orientation = guide.term(*frame.earth_from_camera);
-  if (orientation) priors.add(orientation.get());
-  const PositionBelief expected = motion.predict(world_from_camera.translation(), seconds_since_last(frame));
-  const TranslationPrior translation(expected.mean, expected.covariance);
-  if (parameters.tracking.speed_sigma > 0) priors.add(&translation);
-
   TrackingInput input;
   input.world_from_model = world_from_model;
   input.world_from_camera_seed = seed;
   input.trace = trace;
-  if (!priors.empty()) input.prior = &priors;
+  if (with_orientation) input.priors = guide.priors(*frame.earth_from_camera);
+  if (parameters.tracking.speed_sigma > 0) {
+    const PositionBelief expected = motion.predict(world_from_camera.translation(), seconds_since_last(frame));
+    input.priors.has_position = true;
+    input.priors.position = translation_prior(expected.mean, expected.covariance);
+  }
   return track(backend, live.pyramid(), model, input, tracking);
 }
 
@@ -275,9 +272,9 @@ Image<std::uint8_t> Pipeline::State::explain(const TrackingResult& tracking) con
   const Plane<std::uint8_t> use(live_level.camera.width, live_level.camera.height,
                                 [&](std::size_t bytes) { return backend.allocate(bytes); });
   kernels::IcpInput in = icp_input(live_level, model.front());
-  set_gates(parameters.tracking, world_from_model.inverse() * tracking.world_from_camera, tracking.median_distance,
-            &in);
-  if (parameters.tracking.median_filter) set_band(parameters.tracking, tracking.median_distance, &in);
+  const kernels::RegistrationRules rules = registration_rules(parameters.tracking);
+  rules.set_gates(world_from_model.inverse() * tracking.world_from_camera, tracking.median_distance, &in);
+  if (rules.median_filter) rules.set_band(tracking.median_distance, &in);
   backend.run(kernels::ExplainPixels{in, use.view()});
   return download(backend, use);
 }

@@ -107,18 +107,26 @@ std::vector<SE3> OrientationGuide::starts(const SE3& seed, const Eigen::Matrix3d
   return starts;
 }
 
-std::unique_ptr<Prior> OrientationGuide::term(const Eigen::Matrix3d& earth_from_camera) const {
+kernels::Priors OrientationGuide::priors(const Eigen::Matrix3d& earth_from_camera) const {
+  kernels::Priors priors;
   switch (parameters_.term) {
     case OrientationTerm::none:
-      return nullptr;
+      break;
     case OrientationTerm::damping:
-      return std::make_unique<RotationDamping>(parameters_.schedule, parameters_.lambda);
+      priors.orientation = kernels::OrientationPrior::damping;
+      priors.damping = {parameters_.schedule, parameters_.lambda};
+      break;
     case OrientationTerm::anchor:
-      if (!has_heading(parameters_))
-        return std::make_unique<TiltAnchor>(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
-      return std::make_unique<OrientationAnchor>(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
+      if (has_heading(parameters_)) {
+        priors.orientation = kernels::OrientationPrior::anchor;
+        priors.anchor = orientation_anchor(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
+      } else {
+        priors.orientation = kernels::OrientationPrior::tilt;
+        priors.tilt = tilt_anchor(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
+      }
+      break;
   }
-  return nullptr;
+  return priors;
 }
 
 void OrientationGuide::observe(const SE3& world_from_camera, const std::optional<Eigen::Matrix3d>& earth_from_camera,

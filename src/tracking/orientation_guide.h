@@ -5,7 +5,6 @@
 #pragma once
 
 #include <deque>
-#include <memory>
 #include <numbers>
 #include <optional>
 #include <string_view>
@@ -74,8 +73,8 @@ class OrientationGuide {
   /// vertical.
   std::vector<SE3> starts(const SE3& seed, const Eigen::Matrix3d& earth_from_camera) const;
 
-  /// The term that the parameters ask for, or null.
-  std::unique_ptr<Prior> term(const Eigen::Matrix3d& earth_from_camera) const;
+  /// With the term that the parameters ask for, if they do.
+  kernels::Priors priors(const Eigen::Matrix3d& earth_from_camera) const;
 
   /// A pose that is believed, with the frame's reading if it has one. `witness` is the rotation to judge the sensor by:
   /// the pose's own, or one that was found without the sensor; none if nothing speaks for or against it.

@@ -1,19 +1,11 @@
-// The 6×6 normal equations of one iteration, solved with rank and condition.
+// How well a 6×6 system is posed; kernels/normal_equations.h solves it.
 #pragma once
 
-#include "core/se3.h"
+#include "kernels/normal_equations.h"
 
 namespace plumbline {
 
-struct Solution {
-  Vector6d step = Vector6d::Zero();  ///< (ω, v): radians, metres
-  int rank = 0;                      ///< directions that the equations hold
-  double condition = 0;              ///< largest over smallest eigenvalue after scaling; infinite when singular
-};
-
-/// Solves H x = b for a symmetric positive semi-definite H by its eigenvalues. The rotation's rows are first scaled so
-/// that both blocks have the same trace, which makes rank and condition independent of the unit of length. Directions
-/// whose eigenvalue is below 1/`max_condition` of the largest are left out of the step and of the rank.
-Solution solve(const Matrix6d& h, const Vector6d& b, double max_condition);
+/// Largest over smallest eigenvalue, the rotation scaled as for the solution; infinite when singular.
+double condition(const Matrix6d& h);
 
 }  // namespace plumbline

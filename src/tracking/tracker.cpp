@@ -3,9 +3,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "backend/registration.h"
+#include "core/error.h"
 #include "tracking/solver.h"
 
 namespace plumbline {
@@ -19,109 +20,6 @@ kernels::NoiseModel nguyen_noise() {
   constexpr double kAtUnit = kBase + kSlope * (kUnit - kNearest) * (kUnit - kNearest);
   return {static_cast<float>(kBase / kAtUnit), static_cast<float>(kSlope / kAtUnit), static_cast<float>(kNearest)};
 }
-
-/// What one iteration found.
-struct Iteration {
-  IcpSums sums;
-  Solution solution;
-  Matrix6d h;  ///< of the system, left increments of model_from_live
-};
-
-/// The prior's equations are in left increments of world_from_camera, the registration's in left increments of
-/// model_from_live; they differ by the adjoint of world_from_model.
-void add_prior(const Prior& prior, const SE3& world_from_model, const SE3& model_from_live, const Association& found,
-               Matrix6d* h, Vector6d* b) {
-  const NormalEquations term = prior.evaluate(world_from_model * model_from_live, found);
-  const Matrix6d world_from_model_increment = world_from_model.adjoint();
-  *h += world_from_model_increment.transpose() * term.h * world_from_model_increment;
-  *b += world_from_model_increment.transpose() * term.b;
-}
-
-/// One pyramid level of one frame.
-class Level {
- public:
-  Level(const Backend& backend, const DepthLevel& live, const DepthLevel& model, const TrackingInput& input,
-        const TrackingParameters& parameters)
-      : backend_(&backend), live_(&live), model_(&model), input_(&input), parameters_(&parameters) {
-    if (parameters.median_filter)
-      distances_ = {live.camera.width, live.camera.height, [&](std::size_t bytes) { return backend.allocate(bytes); }};
-  }
-
-  int pixels() const { return live_->camera.width * live_->camera.height; }
-
-  /// Association and solve, and the step that follows from it. `median` is the last known one, metres.
-  Iteration iterate(double median, bool with_distribution, SE3* model_from_live) const {
-    Iteration iteration{associate(median, with_distribution, *model_from_live), {}, {}};
-    const double information = registration_information(*parameters_, pixels());
-    Matrix6d h = information * iteration.sums.hessian();
-    Vector6d b = information * iteration.sums.gradient();
-    if (input_->prior != nullptr)
-      add_prior(*input_->prior, input_->world_from_model, *model_from_live,
-                {iteration.sums.inliers(), pixels(), information}, &h, &b);
-    iteration.h = h;
-    iteration.solution = solve(h, b, parameters_->max_condition);
-    *model_from_live = (SE3::exp(iteration.solution.step) * *model_from_live).normalized();
-    return iteration;
-  }
-
-  /// One pass over the pixels. With the median filter it is made with the band around the last median and corrected for
-  /// that of its own: the bands differ by little, and so do the pixels to look at again.
-  IcpSums associate(double median, bool with_distribution, const SE3& model_from_live) const {
-    kernels::IcpInput in = icp_input(*live_, *model_);
-    set_gates(*parameters_, model_from_live, median, &in);
-    if (!with_distribution) in.bins = 0;
-    if (!parameters_->median_filter) return backend_->reduce(kernels::IcpReduce{in});
-    set_band(*parameters_, median, &in);
-    IcpSums sums = backend_->reduce(kernels::IcpReduce{in, distances_.view()});
-    kernels::IcpCorrection correction{in, in.band_low, in.band_high, read_only(distances_)};
-    set_band(*parameters_, sums.median_distance(), &correction.in);
-    if (correction.in.band_low != in.band_low) backend_->correct(correction, &sums);
-    return sums;
-  }
-
- private:
-  const Backend* backend_;
-  const DepthLevel *live_, *model_;
-  const TrackingInput* input_;
-  const TrackingParameters* parameters_;
-  Plane<float> distances_;  ///< of every pixel's pair, metres
-};
-
-/// When a level is through with its iterations.
-class LevelEnd {
- public:
-  LevelEnd(const TrackingParameters& parameters, int limit) : parameters_(&parameters), limit_(limit) {}
-
-  /// Whether the next iteration may be the level's last.
-  bool is_near() const { return made_ + 1 >= limit_; }
-
-  bool reached(const Iteration& last) {
-    ++made_;
-    return median_stands_still(last.sums) || (made_ >= limit_ && (made_ >= longest() || !still_moves(last.solution)));
-  }
-
- private:
-  /// The median's bin has not changed over so many successive iterations (METHOD.md §4).
-  bool median_stands_still(const IcpSums& sums) {
-    if (parameters_->converged_after == 0) return false;
-    const int bin = sums.median_bin();
-    same_ = bin == last_bin_ ? same_ + 1 : 1;
-    last_bin_ = bin;
-    return same_ >= parameters_->converged_after;
-  }
-
-  int longest() const { return parameters_->converged_step > 0 ? parameters_->max_iterations : limit_; }
-
-  /// What is at the usual distance of a scene still moves.
-  bool still_moves(const Solution& solution) const {
-    constexpr double kUsualDistance = 1.5;  // metres
-    const double moved = kUsualDistance * solution.step.head<3>().norm() + solution.step.tail<3>().norm();
-    return moved >= parameters_->converged_step;
-  }
-
-  const TrackingParameters* parameters_;
-  int limit_, made_ = 0, same_ = 0, last_bin_ = -1;
-};
 
 /// Covariance of the camera's position out of the system's inverse: increments about the camera's own centre, in the
 /// world's axes, so that turning does not move it.
@@ -151,23 +49,6 @@ int min_inliers_at(const TrackingParameters& parameters, int level) {
   return std::max(6, parameters.min_inliers >> (2 * level));
 }
 
-void summarise(const Iteration& last, int level, TrackingResult* result) {
-  result->pairs = last.sums.pairs() << (2 * level);
-  result->inliers = last.sums.inliers() << (2 * level);  // in pixels of the full image
-  result->inlier_fraction = static_cast<double>(last.sums.inliers()) / std::max(1, last.sums.with_depth());
-  result->rms = last.sums.rms();
-  result->median_distance = last.sums.median_distance();
-  result->rank = last.solution.rank;
-  result->condition = last.solution.condition;
-}
-
-/// Whether the distances' distribution guides the registration or is looked at after every iteration. Counting costs a
-/// tenth of a pass, and else only the frame's last median is told.
-bool needs_every_distribution(const TrackingParameters& parameters, const TrackingInput& input) {
-  return parameters.gate_per_median > 0 || parameters.median_filter || parameters.converged_after > 0 ||
-         input.trace != nullptr;
-}
-
 // A level of fewer columns has too few points to be better than the next finer one's start: with four levels of 640
 // pixels the camera was lost three times as often as with three (docs/design.md).
 constexpr int kFewestColumns = 64;
@@ -185,20 +66,79 @@ int last_level(const TrackingParameters& parameters) {
   return level;
 }
 
-IcpIteration traced(const Iteration& iteration, int level, int level_pixels, const SE3& world_from_camera) {
-  const IcpSums& sums = iteration.sums;
+/// The levels that iterate, coarse to fine, and the images that they take.
+class Levels {
+ public:
+  /// `registration` gets them.
+  Levels(const DepthPyramid& live, const DepthPyramid& model, const TrackingParameters& parameters,
+         kernels::Registration* registration) {
+    const std::size_t missing = live.size() - model.size();  // finest levels that the model does not have
+    int level = pyramid_levels(parameters) - 1;
+    for (std::size_t i = 0; i < parameters.iterations.size(); ++i, --level) {
+      const auto at = static_cast<std::size_t>(level);
+      const int iterations = parameters.iterations[i];
+      const bool is_left_out =
+          iterations == 0 || (level > last_level(parameters) && is_too_coarse(parameters, live[at]));
+      if (is_left_out) continue;
+      if (registration->level_count == kernels::kMostLevels)
+        throw Error("there are too many levels", "tracking.iterations", "Give eight at most.");
+      const int pixels = live[at].camera.width * live[at].camera.height;
+      kernels::RegistrationLevel& out = registration->levels[registration->level_count++];
+      out.images = icp_input(live[at], model[at - missing]);
+      if (parameters.median_filter) out.distances = live[at].pair_distances.view();
+      out.information = registration_information(parameters, pixels);
+      out.pixels = pixels;
+      out.iterations = iterations;
+      out.min_inliers = min_inliers_at(parameters, level);
+      levels_.push_back({level, i});
+    }
+  }
+
+  /// Of the pyramid.
+  int level(int of_registration) const { return levels_[static_cast<std::size_t>(of_registration)].level; }
+
+  /// Per entry of the parameters' iterations.
+  std::vector<int> iterations(const kernels::RegistrationState& state, std::size_t entries) const {
+    std::vector<int> made(entries, 0);
+    for (std::size_t i = 0; i < levels_.size(); ++i) made[levels_[i].entry] = state.iterations[i];
+    return made;
+  }
+
+ private:
+  struct Place {
+    int level;          ///< of the pyramid
+    std::size_t entry;  ///< of the parameters' iterations
+  };
+
+  std::vector<Place> levels_;
+};
+
+IcpIteration traced(const kernels::RegistrationState& state, const IcpSums& sums, int level, int level_pixels,
+                    const SE3& world_from_model) {
   IcpIteration trace;
   trace.level = level;
   trace.histogram = sums.histogram;
   trace.bin_width = sums.bin_width;
   trace.median_distance = sums.median_distance();
   trace.pairs = sums.pairs();
-  trace.matched = sums.inliers();
-  trace.matched_fraction = static_cast<double>(sums.inliers()) / level_pixels;
-  trace.rms = sums.rms();
-  trace.step = iteration.solution.step;
-  trace.world_from_camera = world_from_camera;
+  trace.matched = state.inliers();
+  trace.matched_fraction = static_cast<double>(state.inliers()) / level_pixels;
+  trace.rms = state.rms();
+  trace.step = Vector6d(state.step);
+  trace.world_from_camera = world_from_model * state.model_from_live;
   return trace;
+}
+
+/// What the last iteration says, in pixels of the full image.
+void summarise(const kernels::RegistrationState& state, int level, TrackingResult* result) {
+  using namespace kernels::icp_sum;
+  result->pairs = static_cast<int>(state.slots[kPairs]) << (2 * level);
+  result->inliers = state.inliers() << (2 * level);
+  result->inlier_fraction = state.inliers() / std::max(1.0, state.slots[kWithDepth]);
+  result->rms = state.rms();
+  result->median_distance = state.median_distance;
+  result->rank = state.rank;
+  result->condition = condition(Matrix6d(state.h));
 }
 
 }  // namespace
@@ -235,61 +175,56 @@ int pyramid_levels(const TrackingParameters& parameters) {
   return parameters.finest_level + static_cast<int>(parameters.iterations.size());
 }
 
-void set_gates(const TrackingParameters& parameters, const SE3& model_from_live, double last_median,
-               kernels::IcpInput* in) {
-  in->model_from_live = to_kernel(model_from_live);
-  const double widest = std::max(parameters.distance_gate, parameters.widest_gate);
-  in->distance_gate =
-      static_cast<float>(std::clamp(parameters.gate_per_median * last_median, parameters.distance_gate, widest));
-  in->cos_normal_gate = static_cast<float>(std::cos(parameters.normal_gate * kRadiansPerDegree));
-  in->band_low = 0;
-  in->band_high = std::numeric_limits<float>::max();
-  if (parameters.depth_weights) in->noise = nguyen_noise();
-  if (parameters.huber > 0) in->huber = static_cast<float>(parameters.huber);
-  in->bins = parameters.histogram_bins;
-  in->bins_per_metre = static_cast<float>(parameters.histogram_bins / parameters.histogram_range);
-}
-
-void set_band(const TrackingParameters& parameters, double median_distance, kernels::IcpInput* in) {
-  in->band_low = static_cast<float>(median_distance - parameters.median_band);
-  in->band_high = static_cast<float>(median_distance + parameters.median_band);
+kernels::RegistrationRules registration_rules(const TrackingParameters& parameters) {
+  kernels::RegistrationRules rules;
+  rules.distance_gate = parameters.distance_gate;
+  rules.widest_gate = parameters.widest_gate;
+  rules.gate_per_median = parameters.gate_per_median;
+  rules.cos_normal_gate = static_cast<float>(std::cos(parameters.normal_gate * kRadiansPerDegree));
+  if (parameters.depth_weights) rules.noise = nguyen_noise();
+  if (parameters.huber > 0) rules.huber = static_cast<float>(parameters.huber);
+  rules.bins = parameters.histogram_bins;
+  rules.bins_per_metre = static_cast<float>(parameters.histogram_bins / parameters.histogram_range);
+  rules.median_filter = parameters.median_filter;
+  rules.median_band = parameters.median_band;
+  rules.max_condition = parameters.max_condition;
+  rules.converged_step = parameters.converged_step;
+  rules.converged_after = parameters.converged_after;
+  rules.max_iterations = parameters.max_iterations;
+  // Counting costs a tenth of a pass, and else only the frame's last median is told.
+  rules.every_distribution =
+      parameters.gate_per_median > 0 || parameters.median_filter || parameters.converged_after > 0;
+  return rules;
 }
 
 TrackingResult track(const Backend& backend, const DepthPyramid& live, const DepthPyramid& model,
                      const TrackingInput& input, const TrackingParameters& parameters) {
-  TrackingResult result;
-  SE3 model_from_live = input.world_from_model.inverse() * input.world_from_camera_seed;
-  Matrix6d last_h = Matrix6d::Zero();
-  const std::size_t missing = live.size() - model.size();  // finest levels that the model does not have
-  const bool every_distribution = needs_every_distribution(parameters, input);
-  int level = pyramid_levels(parameters) - 1;
-  for (const int limit : parameters.iterations) {
-    const auto at = static_cast<std::size_t>(level);
-    const Level registration(backend, live[at], model[at - missing], input, parameters);
-    LevelEnd end(parameters, limit);
-    result.iterations.push_back(0);
-    const bool is_left_out = limit == 0 || (level > last_level(parameters) && is_too_coarse(parameters, live[at]));
-    for (bool done = is_left_out; !done;) {
-      const bool is_last = level == last_level(parameters),
-                 with_distribution = every_distribution || (is_last && end.is_near());
-      const SE3 before = model_from_live;
-      const Iteration iteration = registration.iterate(result.median_distance, with_distribution, &model_from_live);
-      ++result.iterations.back();
-      summarise(iteration, level, &result);
-      last_h = iteration.h;
-      if (input.trace != nullptr)
-        input.trace->push_back(
-            traced(iteration, level, registration.pixels(), input.world_from_model * model_from_live));
-      const bool nothing_to_hold = iteration.sums.inliers() < min_inliers_at(parameters, level);
-      done = end.reached(iteration) || nothing_to_hold;
-      if (done && is_last && !with_distribution)  // sooner than expected
-        result.median_distance = registration.associate(0, true, before).median_distance();
-    }
-    --level;
+  kernels::Registration registration;
+  registration.rules = registration_rules(parameters);
+  registration.priors = input.priors;
+  registration.world_from_model = input.world_from_model;
+  const Levels levels(live, model, parameters, &registration);
+
+  const SE3 seed = input.world_from_model.inverse() * input.world_from_camera_seed;
+  kernels::RegistrationState state;
+  if (input.trace == nullptr) {
+    state = backend.iterate(registration, seed);
+  } else {
+    registration.rules.every_distribution = true;
+    state =
+        run_passes(backend, registration, seed, [&](const kernels::RegistrationState& s, const IcpSums& sums, int i) {
+          input.trace->push_back(
+              traced(s, sums, levels.level(i), registration.levels[i].pixels, registration.world_from_model));
+        });
   }
-  result.world_from_camera = (input.world_from_model * model_from_live).normalized();
+
+  TrackingResult result;
+  result.iterations = levels.iterations(state, parameters.iterations.size());
+  if (registration.level_count > 0) summarise(state, levels.level(state.next.level), &result);
+  result.world_from_camera = (input.world_from_model * state.model_from_live).normalized();
   if (result.rank == 6)
-    result.position_covariance = position_covariance(last_h, input.world_from_model, result.world_from_camera);
+    result.position_covariance =
+        position_covariance(Matrix6d(state.h), input.world_from_model, result.world_from_camera);
   result.reason = judge(result, input, parameters);
   result.status = result.reason == LostReason::none ? TrackingStatus::tracked : TrackingStatus::lost;
   return result;

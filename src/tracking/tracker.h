@@ -8,6 +8,7 @@
 #include "backend/maps.h"
 #include "core/parameters.h"
 #include "core/se3.h"
+#include "kernels/registration.h"
 #include "tracking/priors.h"
 
 namespace plumbline {
@@ -35,7 +36,7 @@ struct IcpIteration {
 struct TrackingInput {
   SE3 world_from_model;                        ///< camera pose from which the model was predicted
   SE3 world_from_camera_seed;                  ///< initial guess
-  const Prior* prior = nullptr;                ///< none: registration alone
+  kernels::Priors priors;                      ///< what is known besides; none: registration alone
   std::vector<IcpIteration>* trace = nullptr;  ///< if given, gets every iteration
 };
 
@@ -59,13 +60,8 @@ struct TrackingResult {
 /// Levels of both pyramids needed: finest_level + number of entries of iterations.
 int pyramid_levels(const TrackingParameters& parameters);
 
-/// The gates of the parameters in a kernel's input, at an estimate after an iteration whose median distance was
-/// `last_median`, metres; 0 before the first.
-void set_gates(const TrackingParameters& parameters, const SE3& model_from_live, double last_median,
-               kernels::IcpInput* in);
-
-/// The band of distances that the median filter keeps, in a kernel's input.
-void set_band(const TrackingParameters& parameters, double median_distance, kernels::IcpInput* in);
+/// What the parameters ask of every pass and step.
+kernels::RegistrationRules registration_rules(const TrackingParameters& parameters);
 
 /// Registers `live` against `model` (METHOD.md §1, "association" and "minimisation"; §3 and §4). The model's
 /// pyramid may lack the finest levels, which are not registered.

@@ -61,7 +61,7 @@ TEST(OrientationGuide, NothingIsUsedUnlessAskedFor) {
   OrientationGuide guide(parameters(OrientationSeed::none));
   EXPECT_FALSE(guide.is_on());
   EXPECT_EQ(guide.use(Eigen::Matrix3d(Eigen::Matrix3d::Identity())), OrientationUse::off);
-  EXPECT_EQ(guide.term(Eigen::Matrix3d::Identity()), nullptr);
+  EXPECT_TRUE(guide.priors(Eigen::Matrix3d::Identity()).empty());
   EXPECT_TRUE(OrientationGuide(parameters(OrientationSeed::none, OrientationTerm::damping)).is_on());
 }
 
@@ -171,7 +171,7 @@ TEST(TiltOnly, TheSeedIsTheCallersAndTheTermHoldsTheTilt) {
   const SE3 last = test::Random(8).motion(0.3, 0.3);
   const Eigen::Matrix3d reading = so3::exp({0.1, 0, 0.7});
   expect_same(guide.seed(last, reading).rotation(), last.rotation());
-  const NormalEquations term = guide.term(reading)->evaluate(SE3(), {});
+  const kernels::NormalEquations term = guide.priors(reading).evaluate(SE3(), {});
   EXPECT_GT(term.b.norm(), 0);
   EXPECT_NEAR(term.b[2], 0, 1e-9);
 }

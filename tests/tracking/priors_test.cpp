@@ -11,13 +11,15 @@
 namespace plumbline {
 namespace {
 
+using kernels::NormalEquations;
 using test::kRadiansPerDegree;
 
 /// −b is the gradient of the cost under the left increment, and H that of the linearised residual: its own second
 /// difference where the residual is small.
+template <class Prior>
 void expect_derivatives(const Prior& prior, const SE3& pose, const std::function<double(const SE3&)>& cost,
                         double hessian_tolerance) {
-  const NormalEquations term = prior.evaluate(pose, {1000, 10000, 1});
+  const NormalEquations term = prior.evaluate(pose);
   constexpr double kStep = 1e-4;
   const auto at = [&](const Vector6d& xi) { return cost(SE3::exp(xi) * pose); };
   for (int i = 0; i < 6; ++i) {
@@ -45,7 +47,7 @@ TEST(OrientationAnchor, JacobianIsTheNumericalOne) {
       const Eigen::Vector3d r = so3::log(earth_from_world * t.rotation() * reading.transpose());
       return 0.5 * r.dot(covariance.inverse() * r);
     };
-    const OrientationAnchor anchor(reading, earth_from_world, covariance);
+    const kernels::OrientationAnchor anchor = orientation_anchor(reading, earth_from_world, covariance);
     expect_derivatives(anchor, pose, cost, round == 0 ? 1e-3 : 0.3);
   }
 }
@@ -58,8 +60,8 @@ TEST(OrientationAnchor, HeadingIsAboutTheVertical) {
   // The world's y axis is the vertical, as for a camera that is held level.
   Eigen::Matrix3d earth_from_world;
   earth_from_world << 1, 0, 0, 0, 0, 1, 0, -1, 0;
-  const OrientationAnchor anchor(earth_from_world, earth_from_world, covariance);
-  const NormalEquations term = anchor.evaluate(SE3(), {});
+  const kernels::OrientationAnchor anchor = orientation_anchor(earth_from_world, earth_from_world, covariance);
+  const NormalEquations term = anchor.evaluate(SE3());
   EXPECT_NEAR(term.h(0, 0), std::pow(3 * kRadiansPerDegree, -2), 1e-9);
   EXPECT_NEAR(term.h(1, 1), std::pow(10 * kRadiansPerDegree, -2), 1e-9);
   EXPECT_NEAR(term.h(2, 2), std::pow(3 * kRadiansPerDegree, -2), 1e-9);
@@ -83,16 +85,16 @@ TEST(TiltAnchor, JacobianIsTheNumericalOneAndTheHeadingIsFree) {
       const Eigen::Vector2d r(-up.y(), up.x());
       return 0.5 * r.dot(information * r);
     };
-    const TiltAnchor anchor(reading, earth_from_world, covariance);
+    const kernels::TiltAnchor anchor = tilt_anchor(reading, earth_from_world, covariance);
     expect_derivatives(anchor, pose, cost, round == 0 ? 1e-3 : 0.3);
     // Neither the reading's heading nor the camera's matters.
     const Eigen::Matrix3d about_up = so3::exp({0, 0, 2});
-    const TiltAnchor turned(about_up * reading, earth_from_world, covariance);
-    EXPECT_LT((turned.evaluate(pose, {}).b - anchor.evaluate(pose, {}).b).norm(), 1e-9);
+    const kernels::TiltAnchor turned = tilt_anchor(about_up * reading, earth_from_world, covariance);
+    EXPECT_LT((turned.evaluate(pose).b - anchor.evaluate(pose).b).norm(), 1e-9);
     Vector6d heading = Vector6d::Zero();
     heading.head<3>() = earth_from_world.row(2);
     if (round == 0) {
-      EXPECT_LT((anchor.evaluate(pose, {}).h * heading).norm(), 1e-3 * anchor.evaluate(pose, {}).h.norm());
+      EXPECT_LT((anchor.evaluate(pose).h * heading).norm(), 1e-3 * anchor.evaluate(pose).h.norm());
     }
   }
 }
@@ -103,7 +105,7 @@ TEST(TranslationPrior, JacobianIsTheNumericalOne) {
   Eigen::Matrix3d root;
   root << 0.02, 0, 0, 0.01, 0.03, 0, 0, -0.01, 0.025;
   const Eigen::Matrix3d covariance = root * root.transpose();
-  const TranslationPrior prior(previous, covariance);
+  const kernels::TranslationPrior prior = translation_prior(previous, covariance);
   // Gauss-Newton leaves out the residual's own curvature, which is that of a rotation over these few centimetres.
   expect_derivatives(
       prior, pose,
@@ -125,9 +127,9 @@ TEST(RotationDamping, IsThePapersTerm) {
                {LambdaSchedule::inverse_square, 0.2 / 0.0625},
                {LambdaSchedule::negative_log, -0.2 * std::log(0.25)}};
   for (const auto& row : table) {
-    EXPECT_DOUBLE_EQ(lambda(row.schedule, 0.2, 0.25), row.expected);
-    EXPECT_EQ(lambda(row.schedule, 0.2, 0), 0) << "nothing matched, nothing to damp";
-    const NormalEquations term = RotationDamping(row.schedule, 0.2).evaluate(SE3(), {250, 1000, 0.5});
+    EXPECT_DOUBLE_EQ(kernels::lambda(row.schedule, 0.2, 0.25), row.expected);
+    EXPECT_EQ(kernels::lambda(row.schedule, 0.2, 0), 0) << "nothing matched, nothing to damp";
+    const NormalEquations term = kernels::RotationDamping{row.schedule, 0.2}.evaluate({250, 1000, 0.5});
     Matrix6d expected = Matrix6d::Zero();
     expected.diagonal().head<3>().setConstant(0.5 * 2 * row.expected * 250);
     EXPECT_LT((term.h - expected).norm(), 1e-12);
@@ -146,17 +148,35 @@ TEST(RegistrationInformation, IsThatOfAnImageAtEverySize) {
   EXPECT_NEAR(registration_information(parameters, 80 * 60), 1e4, 1e-6) << "never more than one pixel's";
 }
 
-TEST(PriorSum, AddsUp) {
-  const TranslationPrior a({0, 0, 0}, 0.01 * Eigen::Matrix3d::Identity()),
-      b({1, 0, 0}, 0.04 * Eigen::Matrix3d::Identity());
-  PriorSum sum;
-  EXPECT_TRUE(sum.empty());
-  sum.add(&a);
-  sum.add(&b);
-  const SE3 pose = test::Random(3).motion(1, 1);
-  const NormalEquations total = sum.evaluate(pose, {}), first = a.evaluate(pose, {}), second = b.evaluate(pose, {});
-  EXPECT_LT((total.h - first.h - second.h).norm(), 1e-9);
-  EXPECT_LT((total.b - first.b - second.b).norm(), 1e-9);
+TEST(Priors, AddUp) {
+  test::Random random(4);
+  kernels::Priors priors;
+  EXPECT_TRUE(priors.empty());
+  const SE3 pose = random.motion(1, 1);
+  EXPECT_EQ(priors.evaluate(pose, {}).h, Matrix6d::Zero());
+  priors.has_position = true;
+  priors.position = translation_prior({1, 0, 0}, 0.04 * Eigen::Matrix3d::Identity());
+  EXPECT_FALSE(priors.empty());
+  priors.anchor = orientation_anchor(random.motion(1, 0).rotation(), random.motion(1, 0).rotation(),
+                                     0.01 * Eigen::Matrix3d::Identity());
+  priors.tilt =
+      tilt_anchor(random.motion(1, 0).rotation(), random.motion(1, 0).rotation(), 0.02 * Eigen::Matrix3d::Identity());
+  priors.damping = {LambdaSchedule::constant, 2};
+  const kernels::Association found{250, 1000, 0.5};
+  const NormalEquations position = priors.position.evaluate(pose);
+  const struct {
+    kernels::OrientationPrior kind;
+    NormalEquations term;
+  } table[] = {{kernels::OrientationPrior::none, {}},
+               {kernels::OrientationPrior::damping, priors.damping.evaluate(found)},
+               {kernels::OrientationPrior::anchor, priors.anchor.evaluate(pose)},
+               {kernels::OrientationPrior::tilt, priors.tilt.evaluate(pose)}};
+  for (const auto& row : table) {
+    priors.orientation = row.kind;
+    const NormalEquations sum = priors.evaluate(pose, found);
+    EXPECT_LT((sum.h - row.term.h - position.h).norm(), 1e-9 * sum.h.norm());
+    EXPECT_LT((sum.b - row.term.b - position.b).norm(), 1e-9 * sum.b.norm());
+  }
 }
 
 }  // namespace

@@ -232,45 +232,23 @@ TEST(Tracker, EveryStatusAndReasonHasAName) {
 
 // ---- the prior ------------------------------------------------------------------------------------------------------
 
-/// Pulls rotation, or the whole pose, to a known one: ξ = log(T_prior T⁻¹), the left increment that leads there.
-class PosePrior : public Prior {
- public:
-  PosePrior(const SE3& world_from_camera, double rotation_weight, double translation_weight)
-      : prior_(world_from_camera), rotation_weight_(rotation_weight), translation_weight_(translation_weight) {}
-
-  struct Call {
-    SE3 world_from_camera;
-    int matched_pixels, level_pixels;
-  };
-
-  NormalEquations evaluate(const SE3& world_from_camera, const Association& found) const override {
-    calls.push_back({world_from_camera, found.matched_pixels, found.level_pixels});
-    NormalEquations term;
-    Vector6d xi;
-    if (translation_weight_ > 0) {
-      xi = (prior_ * world_from_camera.inverse()).log();
-    } else {
-      xi << so3::log(prior_.rotation() * world_from_camera.rotation().transpose()), Eigen::Vector3d::Zero();
-    }
-    term.h.diagonal() << Eigen::Vector3d::Constant(rotation_weight_), Eigen::Vector3d::Constant(translation_weight_);
-    term.b = term.h * xi;
-    return term;
-  }
-
-  mutable std::vector<Call> calls;
-
- private:
-  SE3 prior_;
-  double rotation_weight_, translation_weight_;
-};
+/// Pulls the rotation, and the position if it has a weight, to a known pose.
+kernels::Priors pose_prior(const SE3& world_from_camera, double rotation_weight, double translation_weight) {
+  const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
+  kernels::Priors priors;
+  priors.orientation = kernels::OrientationPrior::anchor;
+  priors.anchor = {world_from_camera.rotation(), unit, rotation_weight * unit};
+  priors.has_position = translation_weight > 0;
+  priors.position = {world_from_camera.translation(), translation_weight * unit};
+  return priors;
+}
 
 TEST(TrackerPrior, AStrongRotationHolds) {
   const SE3 truth = desk().world_from_model() * test::Random(10).motion(1 * kRadiansPerDegree, 0.02);
   const SE3 believed(so3::exp({0.01, -0.005, 0.008}) * desk().world_from_model().rotation(),
                      desk().world_from_model().translation());
-  const PosePrior prior(believed, 1e9, 0);
   TrackingInput input = desk().seed();
-  input.prior = &prior;
+  input.priors = pose_prior(believed, 1e9, 0);
   TrackingParameters parameters = unit_residuals();
   parameters.max_condition = 1e12;  // such a weight is what the test is about
   const TrackingResult result = desk().track(truth, input, parameters);
@@ -284,9 +262,8 @@ TEST(TrackerPrior, AStrongRotationHolds) {
 
 TEST(TrackerPrior, AWeightOfNothingChangesNothing) {
   const SE3 truth = desk().world_from_model() * test::Random(11).motion(1 * kRadiansPerDegree, 0.02);
-  const PosePrior prior(SE3(), 0, 0);
   TrackingInput input = desk().seed();
-  input.prior = &prior;
+  input.priors = pose_prior(SE3(), 0, 0);
   const SE3 with = desk().track(truth, input).world_from_camera;
   const SE3 without = desk().track(truth, desk().seed()).world_from_camera;
   EXPECT_EQ(with.rotation(), without.rotation());
@@ -294,66 +271,42 @@ TEST(TrackerPrior, AWeightOfNothingChangesNothing) {
 }
 
 TEST(TrackerPrior, IncrementsAreOnTheLeftInTheWorldsFrame) {
-  // A prior that outweighs the images must be reached within one step, exactly: exp(ξ) T = T_prior. The registration's
-  // own increments are in the model's frame, which is turned and moved against the world's.
+  // A prior that outweighs the images must be reached: in one step its rotation, exactly, and its position but for the
+  // step's curvature. The registration's own increments are in the model's frame, which is turned and moved against the
+  // world's.
   const SE3 seed = desk().world_from_model() * test::Random(12).motion(0.5 * kRadiansPerDegree, 0.01);
   const SE3 goal = test::Random(13).motion(3 * kRadiansPerDegree, 0.05) * seed;
   ASSERT_GT(so3::angle(desk().world_from_model().rotation()), 0.5);
   ASSERT_GT(desk().world_from_model().translation().norm(), 0.5);
-  const PosePrior prior(goal, 1e14, 1e14);
   TrackingInput input = desk().seed(seed);
-  input.prior = &prior;
+  input.priors = pose_prior(goal, 1e14, 1e14);
   TrackingParameters parameters = unit_residuals();
   parameters.iterations = {0, 0, 1};
-  const TrackingResult result = desk().track(desk().world_from_model(), input, parameters);
-  expect_near(result.world_from_camera, goal, 1e-7, 1e-5);
-}
-
-TEST(TrackerPrior, TheGradientIsThatOfTheCost) {
-  // Numerically: a quadratic cost of the pose, perturbed on the left, against what the prior hands over. Then one step
-  // of the tracker from there lowers it.
-  const SE3 goal = test::Random(14).motion(2 * kRadiansPerDegree, 0.03) * desk().world_from_model();
-  const PosePrior prior(goal, 3, 5);
-  const SE3 pose = desk().world_from_model();
-  const auto cost = [&](const SE3& t) {
-    const Vector6d xi = (goal * t.inverse()).log();
-    return 0.5 * (3 * xi.head<3>().squaredNorm() + 5 * xi.tail<3>().squaredNorm());
-  };
-  const NormalEquations term = prior.evaluate(pose, {});
-  constexpr double kStep = 1e-6;
-  for (int i = 0; i < 6; ++i) {
-    const Vector6d xi = Vector6d::Unit(i) * kStep;
-    const double derivative = (cost(SE3::exp(xi) * pose) - cost(SE3::exp(-xi) * pose)) / (2 * kStep);
-    EXPECT_NEAR(-term.b[i], derivative, 0.03 * term.b.norm()) << "b is minus the gradient, coordinate " << i;
-  }
-  const PosePrior strong(goal, 3e12, 5e12);
-  TrackingInput input = desk().seed();
-  input.prior = &strong;
-  TrackingParameters parameters = unit_residuals();
-  parameters.iterations = {0, 0, 1};
-  EXPECT_LT(cost(desk().track(pose, input, parameters).world_from_camera), 1e-6 * cost(pose));
+  expect_near(desk().track(desk().world_from_model(), input, parameters).world_from_camera, goal, 2e-3, 1e-5);
+  parameters.iterations = {0, 0, 3};
+  expect_near(desk().track(desk().world_from_model(), input, parameters).world_from_camera, goal, 1e-7, 1e-5);
 }
 
 TEST(TrackerPrior, IsToldWhatTheAssociationFound) {
+  // Damping grows with the matched pixels and shrinks the step accordingly: (H + 2λn I/κσ²) ω = b/κσ² in each
+  // iteration.
   const SE3 truth = desk().world_from_model() * test::Random(15).motion(1 * kRadiansPerDegree, 0.02);
-  const PosePrior prior(SE3(), 0, 0);
   TrackingInput input = desk().seed();
-  input.prior = &prior;
+  input.priors.orientation = kernels::OrientationPrior::damping;
+  input.priors.damping = {LambdaSchedule::inverse, 0.3};
+  std::vector<IcpIteration> trace;
+  input.trace = &trace;
   const TrackingResult result = desk().track(truth, input);
-  ASSERT_EQ(prior.calls.size(), 19u) << "once an iteration, 4 + 5 + 10";
-  expect_near(prior.calls.front().world_from_camera, desk().world_from_model(), 1e-9, 1e-6);
-  for (std::size_t i = 0; i < prior.calls.size(); ++i) {
-    const PosePrior::Call& call = prior.calls[i];
-    const int level = i < 4 ? 2 : (i < 9 ? 1 : 0);
-    EXPECT_EQ(call.level_pixels, (320 >> level) * (240 >> level)) << i;
-    EXPECT_GT(call.matched_pixels, call.level_pixels / 3);
-    EXPECT_LE(call.matched_pixels, call.level_pixels);
-  }
-  EXPECT_EQ(prior.calls.back().matched_pixels, result.inliers);
-  EXPECT_GT(
-      (prior.calls.front().world_from_camera.inverse() * prior.calls.back().world_from_camera).translation().norm(),
-      0.015)
-      << "it is evaluated afresh at every estimate";
+  ASSERT_EQ(trace.size(), 19u) << "4 + 5 + 10";
+  EXPECT_EQ(trace.back().matched, result.inliers);
+  TrackingInput free = desk().seed();
+  std::vector<IcpIteration> undamped;
+  free.trace = &undamped;
+  desk().track(truth, free);
+  EXPECT_EQ(trace.front().matched, undamped.front().matched) << "the same start";
+  EXPECT_LT(trace.front().step.head<3>().norm(), 0.9 * undamped.front().step.head<3>().norm());
+  const auto missed = [&](const SE3& pose) { return (pose.inverse() * truth).translation().norm(); };
+  EXPECT_LT(missed(trace.back().world_from_camera), 0.3 * missed(desk().world_from_model())) << "yet it gets there";
 }
 
 // ---- convergence ----------------------------------------------------------------------------------------------------
@@ -516,7 +469,7 @@ TEST(Tracker, GatesAreThoseOfTheParameters) {
   parameters.histogram_bins = 200;
   parameters.histogram_range = 0.4;
   kernels::IcpInput in{};
-  set_gates(parameters, SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), 0, &in);
+  registration_rules(parameters).set_gates(SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), 0, &in);
   EXPECT_FLOAT_EQ(in.distance_gate, 0.07f);
   EXPECT_NEAR(in.cos_normal_gate, 0.5f, 1e-6f);
   EXPECT_EQ(in.bins, 200);
@@ -526,14 +479,14 @@ TEST(Tracker, GatesAreThoseOfTheParameters) {
   parameters.gate_per_median = 5;
   parameters.widest_gate = 0.2;
   const auto gate_after = [&](double median) {
-    set_gates(parameters, SE3(), median, &in);
+    registration_rules(parameters).set_gates(SE3(), median, &in);
     return in.distance_gate;
   };
   EXPECT_FLOAT_EQ(gate_after(0), 0.07f) << "nothing is known yet";
   EXPECT_FLOAT_EQ(gate_after(0.01), 0.07f) << "it never becomes narrower";
   EXPECT_FLOAT_EQ(gate_after(0.03), 0.15f);
   EXPECT_FLOAT_EQ(gate_after(0.3), 0.2f);
-  set_gates(parameters, SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), 0, &in);
+  registration_rules(parameters).set_gates(SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), 0, &in);
   EXPECT_FLOAT_EQ(in.model_from_live.t[2], 3);
   EXPECT_FLOAT_EQ(in.model_from_live.r[1], static_cast<float>(-std::sin(0.1)));
 }

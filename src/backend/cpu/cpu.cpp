@@ -75,6 +75,12 @@ void LanesBase::correct(const kernels::IcpCorrection& kernel, IcpSums* sums) con
 int LanesBase::compact(const std::int32_t* flags, int count, std::int32_t* list) const {
   return cpu::compact(threads_, flags, count, list);
 }
+void LanesBase::integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count,
+                                 std::int32_t* list, std::int32_t* listed) const {
+  *listed = compact(flags, count, list);
+  integrate_listed(kernel, list, *listed);
+}
+
 std::int64_t LanesBase::scan(std::int32_t* values, int count) const { return cpu::scan(threads_, values, count); }
 
 void LanesBase::run(const kernels::CountBrick& kernel, int entries) const {

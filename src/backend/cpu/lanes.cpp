@@ -40,7 +40,7 @@ class Lanes final : public LanesBase {
   void run(const kernels::MarkBricks& k) const override {
     for_each<F>(threads(), k.volume.bricks, k.volume.bricks * k.volume.bricks, k);
   }
-  void run(const kernels::Integrate& k, const std::int32_t* list, int count) const override {
+  void integrate_listed(const kernels::Integrate& k, const std::int32_t* list, int count) const override {
     for_each_brick<F>(threads(), k, list, count);
   }
 

@@ -22,6 +22,8 @@ class LanesBase : public Backend {
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
   void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
   int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;
+  void integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count, std::int32_t* list,
+                        std::int32_t* listed) const override;
   std::int64_t scan(std::int32_t* values, int count) const override;
   void run(const kernels::CountBrick& kernel, int entries) const override;
   void run(const kernels::WriteBrick& kernel, int entries) const override;
@@ -31,6 +33,7 @@ class LanesBase : public Backend {
   const Threads& threads() const { return threads_; }
   virtual void reduce_into(const kernels::IcpReduce& kernel, double* sums, std::int32_t* histogram) const = 0;
   virtual void reduce_into(const kernels::IcpCorrection& kernel, double* sums) const = 0;
+  virtual void integrate_listed(const kernels::Integrate& kernel, const std::int32_t* list, int count) const = 0;
 
  private:
   Threads threads_;

@@ -3,11 +3,16 @@
 #include <cuda_runtime.h>
 #include <thrust/iterator/counting_iterator.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <cub/device/device_reduce.cuh>
 #include <cub/device/device_scan.cuh>
 #include <cub/device/device_select.cuh>
 #include <cuda/std/functional>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <new>
 
 #include "backend/cuda/launch.cuh"
@@ -42,6 +47,20 @@ class Pinned {
   T* data_ = nullptr;
 };
 
+class Event {
+ public:
+  explicit Event(unsigned flags = cudaEventDisableTiming) {
+    check(cudaEventCreateWithFlags(&event_, flags), "cudaEventCreate");
+  }
+  ~Event() { cudaEventDestroy(event_); }
+  Event(const Event&) = delete;
+  Event& operator=(const Event&) = delete;
+  operator cudaEvent_t() const { return event_; }
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
 class Stream {
  public:
   Stream() { check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate"); }
@@ -50,6 +69,8 @@ class Stream {
   Stream& operator=(const Stream&) = delete;
   operator cudaStream_t() const { return stream_; }
   void wait() const { check(cudaStreamSynchronize(stream_), "waiting for the device"); }
+  void wait_for(const Event& event) const { check(cudaStreamWaitEvent(stream_, event, 0), "cudaStreamWaitEvent"); }
+  void record(const Event& event) const { check(cudaEventRecord(event, stream_), "cudaEventRecord"); }
 
  private:
   cudaStream_t stream_ = nullptr;
@@ -77,6 +98,51 @@ class Scratch {
   std::size_t bytes_ = 0;
 };
 
+/// Copies to the device that nobody waits for: what is sent is taken over at once, crosses the bus on a stream of its
+/// own beside the work in hand, and is put in its place in the order of the work.
+class Uploads {
+ public:
+  /// Larger ones are not worth the memory that is kept for them.
+  static constexpr std::size_t kLargest = std::size_t{16} << 20;
+
+  /// Rows of the host's memory one after the other; where they go they may lie farther apart. All in bytes.
+  void send(const Stream& work, void* device, std::size_t device_pitch, const void* host, std::size_t host_pitch,
+            std::size_t row_bytes, std::size_t rows) {
+    Slot& slot = slots_[next_++ % kSlots];
+    const std::size_t bytes = row_bytes * rows;
+    if (slot.pinned) check(cudaEventSynchronize(slot.taken), "waiting for an upload");
+    slot.grow(bytes);
+    for (std::size_t row = 0; row < rows; ++row)
+      std::memcpy(slot.pinned->get() + row * row_bytes, static_cast<const std::byte*>(host) + row * host_pitch,
+                  row_bytes);
+    auto* staged = slot.staged.get<std::byte>(bytes);
+    check(cudaMemcpyAsync(staged, slot.pinned->get(), bytes, cudaMemcpyHostToDevice, bus_), "upload");
+    bus_.record(slot.arrived);
+    work.wait_for(slot.arrived);
+    check(cudaMemcpy2DAsync(device, device_pitch, staged, row_bytes, row_bytes, rows, cudaMemcpyDeviceToDevice, work),
+          "upload");
+    work.record(slot.taken);
+  }
+
+ private:
+  static constexpr std::size_t kSlots = 4;
+  struct Slot {
+    std::unique_ptr<Pinned<std::byte>> pinned;
+    std::size_t bytes = 0;
+    Scratch staged;
+    Event arrived, taken;
+
+    void grow(std::size_t wanted) {
+      if (wanted <= bytes) return;
+      pinned = std::make_unique<Pinned<std::byte>>(wanted);
+      bytes = wanted;
+    }
+  };
+  Stream bus_;
+  Slot slots_[kSlots];
+  std::size_t next_ = 0;
+};
+
 struct ToLong {
   __host__ __device__ std::int64_t operator()(std::int32_t value) const { return value; }
 };
@@ -86,6 +152,10 @@ class CudaBackend final : public Backend {
   explicit CudaBackend(CudaMemory memory) : memory_(memory) {
     cudaDeviceProp properties;
     check(cudaGetDeviceProperties(&properties, 0), "cudaGetDeviceProperties");
+    processors_ = properties.multiProcessorCount;
+    int cooperative = 0;
+    check(cudaDeviceGetAttribute(&cooperative, cudaDevAttrCooperativeLaunch, 0), "cudaDeviceGetAttribute");
+    is_cooperative_ = cooperative != 0;
     description_ = std::string("cuda (") + properties.name + ")";
   }
 
@@ -94,16 +164,20 @@ class CudaBackend final : public Backend {
 
   Buffer allocate(std::size_t bytes) const override;
   void upload(void* device, const void* host, std::size_t bytes) const override {
-    if (bytes == 0) return;
-    check(cudaMemcpyAsync(device, host, bytes, cudaMemcpyHostToDevice, stream_), "upload");
-    stream_.wait();  // the caller may change its memory at once
+    upload_rows(device, bytes, host, bytes, bytes, 1);
   }
   void upload_rows(void* device, std::size_t device_pitch, const void* host, std::size_t host_pitch,
                    std::size_t row_bytes, int rows) const override {
+    const std::size_t bytes = row_bytes * static_cast<std::size_t>(rows);
+    if (bytes == 0) return;
+    if (bytes <= Uploads::kLargest) {
+      uploads_.send(stream_, device, device_pitch, host, host_pitch, row_bytes, static_cast<std::size_t>(rows));
+      return launched("upload");
+    }
     check(cudaMemcpy2DAsync(device, device_pitch, host, host_pitch, row_bytes, static_cast<std::size_t>(rows),
                             cudaMemcpyHostToDevice, stream_),
           "upload");
-    stream_.wait();
+    stream_.wait();  // the caller may change its memory at once
   }
   void download(void* host, const void* device, std::size_t bytes) const override {
     if (bytes == 0) return;
@@ -126,6 +200,8 @@ class CudaBackend final : public Backend {
 
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
   void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
+  kernels::RegistrationState iterate(const kernels::Registration& registration,
+                                     const SE3& model_from_live) const override;
   void run(const kernels::ExplainPixels& k) const override { on(k.use, k, "ExplainPixels"); }
 
   void run(const kernels::DepthRangeBase& k, int rows) const override { pixels(k.stride, rows, k, "DepthRangeBase"); }
@@ -136,11 +212,8 @@ class CudaBackend final : public Backend {
     pixels(k.volume.bricks, k.volume.bricks * k.volume.bricks, k, "MarkBricks");
   }
   int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;
-  void run(const kernels::Integrate& k, const std::int32_t* list, int count) const override {
-    if (count == 0) return;
-    for_each_brick<<<static_cast<unsigned>(count), kernels::kBrickVoxels, 0, stream_>>>(k, list);
-    launched("Integrate");
-  }
+  void integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count, std::int32_t* list,
+                        std::int32_t* listed) const override;
 
   void run(const kernels::RaySpans& k) const override;
   void run(const kernels::Raycast& k) const override { on(k.depth, k, "Raycast"); }
@@ -149,6 +222,9 @@ class CudaBackend final : public Backend {
   void run(const kernels::CountBrick& k, int count) const override { entries(k, count, "CountBrick"); }
   std::int64_t scan(std::int32_t* values, int count) const override;
   void run(const kernels::WriteBrick& k, int count) const override { entries(k, count, "WriteBrick"); }
+
+  void wait() const override { stream_.wait(); }
+  double milliseconds(const std::function<void()>& work) const override;
 
  private:
   static constexpr int kMaxBins = 8192;
@@ -177,6 +253,11 @@ class CudaBackend final : public Backend {
   }
   template <class Kernel>
   void reduce_pixels(const Kernel& kernel, int bins) const;
+  std::int32_t* cleared_histogram() const;
+  static void check_bins(int bins);
+  int resident_blocks(std::size_t shared_bytes) const;
+  template <class Count>
+  void select(const std::int32_t* flags, int count, std::int32_t* list, Count* listed) const;
   /// Runs one of CUB's algorithms: asks for its memory first, as they all want it.
   template <class Algorithm>
   void with_memory(const char* what, const Algorithm& algorithm) const {
@@ -188,13 +269,18 @@ class CudaBackend final : public Backend {
 
   CudaMemory memory_;
   std::string description_;
+  int processors_ = 1;
+  bool is_cooperative_ = false;
   Stream stream_;
+  mutable Uploads uploads_;
   // What the stages need between two launches; a backend is used by one thread at a time.
   mutable Scratch cub_, partial_, histogram_;
   mutable bool histogram_is_clear_ = false;
   Pinned<double> sums_{kernels::icp_sum::kCount};
   Pinned<std::int32_t> counts_{kMaxBins};
   Pinned<std::int64_t> total_{1};
+  Pinned<kernels::RegistrationState> state_{1};
+  mutable Scratch device_state_;
 };
 
 Buffer CudaBackend::allocate(std::size_t bytes) const {
@@ -226,6 +312,14 @@ void CudaBackend::run(const kernels::RaySpans& k) const {
   launched("RaySpans");
 }
 
+/// Whoever counts into it leaves it cleared.
+std::int32_t* CudaBackend::cleared_histogram() const {
+  auto* histogram = histogram_.get<std::int32_t>(kMaxBins);
+  if (!histogram_is_clear_) check(cudaMemsetAsync(histogram, 0, kMaxBins * sizeof(std::int32_t), stream_), "clear");
+  histogram_is_clear_ = true;
+  return histogram;
+}
+
 /// Leaves the sums in sums_ and the counts in counts_, and waits for them.
 template <class Kernel>
 void CudaBackend::reduce_pixels(const Kernel& kernel, int bins) const {
@@ -233,9 +327,7 @@ void CudaBackend::reduce_pixels(const Kernel& kernel, int bins) const {
   const int width = kernel.in.live_depth.width, count = width * kernel.in.live_depth.height;
   const int blocks = divide_up(count, kReducePixels);
   auto* partial = partial_.get<double>(static_cast<std::size_t>(blocks) * kSlots);
-  auto* histogram = histogram_.get<std::int32_t>(kMaxBins);
-  if (!histogram_is_clear_) check(cudaMemsetAsync(histogram, 0, kMaxBins * sizeof(std::int32_t), stream_), "clear");
-  histogram_is_clear_ = true;
+  std::int32_t* histogram = cleared_histogram();
   cuda::reduce<kSlots>
       <<<static_cast<unsigned>(blocks), kReduceThreads, sizeof(std::int32_t) * static_cast<std::size_t>(bins),
          stream_>>>(kernel, width, count, partial, histogram, bins);
@@ -244,12 +336,16 @@ void CudaBackend::reduce_pixels(const Kernel& kernel, int bins) const {
   stream_.wait();
 }
 
-IcpSums CudaBackend::reduce(const kernels::IcpReduce& kernel) const {
-  // One bin more counts what lies beyond the range; one more still what is no pair, which nobody asks for.
-  const int bins = kernel.in.bins;
+void CudaBackend::check_bins(int bins) {
   if (bins + 2 > kMaxBins)
     throw Error("the distance distribution has " + std::to_string(bins) + " bins", "tracking.histogram_bins",
                 "the cuda backend takes at most " + std::to_string(kMaxBins - 2));
+}
+
+IcpSums CudaBackend::reduce(const kernels::IcpReduce& kernel) const {
+  // One bin more counts what lies beyond the range; one more still what is no pair, which nobody asks for.
+  const int bins = kernel.in.bins;
+  check_bins(bins);
   reduce_pixels(kernel, bins + 2);
   IcpSums sums;
   std::copy(sums_.get(), sums_.get() + kernels::icp_sum::kCount, sums.slots);
@@ -263,14 +359,73 @@ void CudaBackend::correct(const kernels::IcpCorrection& kernel, IcpSums* sums) c
   for (int slot = 0; slot < kernels::icp_sum::kCount; ++slot) sums->slots[slot] += sums_.get()[slot];
 }
 
-int CudaBackend::compact(const std::int32_t* flags, int count, std::int32_t* list) const {
-  if (count == 0) return 0;
+/// How many of `register_frame`'s blocks the device can hold at once, which is how many may wait for each other.
+int CudaBackend::resident_blocks(std::size_t shared_bytes) const {
+  int of_processor = 0;
+  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&of_processor, register_frame, kReduceThreads, shared_bytes),
+        "registration");
+  return of_processor * processors_;
+}
+
+kernels::RegistrationState CudaBackend::iterate(const kernels::Registration& registration,
+                                                const SE3& model_from_live) const {
+  check_bins(registration.rules.bins);
+  const std::size_t shared_bytes = sizeof(std::int32_t) * static_cast<std::size_t>(registration.rules.bins + 2);
+  const int resident = is_cooperative_ ? resident_blocks(shared_bytes) : 0;
+  if (resident == 0) return Backend::iterate(registration, model_from_live);
+  int chunks = 0;
+  for (int level = 0; level < registration.level_count; ++level)
+    chunks = std::max(chunks, divide_up(registration.levels[level].pixels, kReducePixels));
+  auto* partial = partial_.get<double>(static_cast<std::size_t>(chunks) * kernels::icp_sum::kCount);
+  std::int32_t* histogram = cleared_histogram();
+  auto* state = device_state_.get<kernels::RegistrationState>(1);
+  constexpr std::size_t kStateBytes = sizeof(kernels::RegistrationState);
+  *state_.get() = kernels::begin(registration, model_from_live);
+  check(cudaMemcpyAsync(state, state_.get(), kStateBytes, cudaMemcpyHostToDevice, stream_), "registration");
+  const void* arguments[] = {&registration, &state, &partial, &histogram};
+  check(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(register_frame),
+                                    dim3(static_cast<unsigned>(std::clamp(chunks, 1, resident))), dim3(kReduceThreads),
+                                    const_cast<void**>(arguments), shared_bytes, stream_),
+        "registration");
+  check(cudaMemcpyAsync(state_.get(), state, kStateBytes, cudaMemcpyDeviceToHost, stream_), "registration");
+  stream_.wait();
+  return *state_.get();
+}
+
+/// The indices of the flags that are not zero, and how many there are, which need not be known here.
+template <class Count>
+void CudaBackend::select(const std::int32_t* flags, int count, std::int32_t* list, Count* listed) const {
   const thrust::counting_iterator<std::int32_t> indices(0);
   with_memory("compact", [&](void* memory, std::size_t& bytes) {
-    return cub::DeviceSelect::Flagged(memory, bytes, indices, flags, list, total_.get(), count, stream_);
+    return cub::DeviceSelect::Flagged(memory, bytes, indices, flags, list, listed, count, stream_);
   });
+}
+
+int CudaBackend::compact(const std::int32_t* flags, int count, std::int32_t* list) const {
+  if (count == 0) return 0;
+  select(flags, count, list, total_.get());
   stream_.wait();
   return static_cast<int>(*total_.get());
+}
+
+void CudaBackend::integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count,
+                                   std::int32_t* list, std::int32_t* listed) const {
+  select(flags, count, list, listed);
+  constexpr int kBlocksOfProcessor = 2048 / kernels::kBrickVoxels;  // threads that one can hold
+  const int blocks = std::min(count, kBlocksOfProcessor * processors_);
+  for_each_brick<<<static_cast<unsigned>(blocks), kernels::kBrickVoxels, 0, stream_>>>(kernel, list, listed);
+  launched("Integrate");
+}
+
+double CudaBackend::milliseconds(const std::function<void()>& work) const {
+  const Event begin(cudaEventDefault), end(cudaEventDefault);
+  stream_.record(begin);
+  work();
+  stream_.record(end);
+  check(cudaEventSynchronize(end), "waiting for the device");
+  float elapsed = 0;
+  check(cudaEventElapsedTime(&elapsed, begin, end), "cudaEventElapsedTime");
+  return static_cast<double>(elapsed);
 }
 
 std::int64_t CudaBackend::scan(std::int32_t* values, int count) const {
