@@ -30,7 +30,7 @@ constexpr double kSettled = 1e-4;  // 1/m: a smaller step of the nodes is the la
 
 // What is known beforehand: 1/m, of a node, and of its second difference. Herrera et al. show patterns of some tenths
 // of a pixel (a pixel is 0.023/m with a Kinect) and one or two bumps across the image.
-constexpr double kNodeSigma = 0.02, kBendSigma = 0.004;
+constexpr double kNodeSigma = 0.02, kBendSigma = 0.008;
 
 struct Pair {
   std::size_t first, second;  ///< of the views
