@@ -111,7 +111,7 @@ using Head = std::function<void(const Backend&)>;
 /// The stages of a scene, and a frame at once.
 std::vector<Stage> all_stages(StageScene& scene) {
   std::vector<Stage> stages = scene.stages();
-  stages.push_back(scene.frame());
+  stages.push_back(scene.frame(stages));
   return stages;
 }
 
@@ -129,7 +129,7 @@ void bench_threads(const BenchArguments& arguments, const Parameters& parameters
     const std::vector<Stage> stages = all_stages(scene);
     for (std::size_t i = 0; i < stages.size(); ++i) {
       if (n == 1) table.rows.push_back({stages[i], {}});
-      table.rows[i].milliseconds.push_back(median_milliseconds(stages[i].run, arguments.seconds));
+      table.rows[i].milliseconds.push_back(scene.wall(stages[i], arguments.seconds));
     }
   }
   table.bytes_per_second = copied_per_second(arguments.seconds);
@@ -147,8 +147,7 @@ void bench_device(const BenchArguments& arguments, const Parameters& parameters,
   say_head(scene.backend());
   StageTable table{{"wall", "device"}, {}, 1, written_per_second(scene.backend(), arguments.seconds)};
   for (const Stage& stage : all_stages(scene)) {
-    const StageTime time = scene.measure(stage, arguments.seconds);
-    table.rows.push_back({stage, {time.wall, time.device}});
+    table.rows.push_back({stage, {scene.wall(stage, arguments.seconds), scene.device(stage, arguments.seconds)}});
   }
   say_table(table);
   say("Medians: wall time until the device is through, and the device's own time by its events. ns/item, floor and "

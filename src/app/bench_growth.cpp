@@ -22,7 +22,7 @@ void add(const StageFrames& frames, const Parameters& parameters, const std::str
   for (const Stage& stage : scene.stages()) {
     if (!stage.is_whole) continue;
     names.push_back(stage.name);
-    column.push_back(scene.measure(stage, seconds).wall);
+    column.push_back(scene.wall(stage, seconds));
     total += column.back();
   }
   names.emplace_back("a frame");

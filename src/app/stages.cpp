@@ -95,7 +95,7 @@ std::vector<Stage> StageScene::stages() {
   return stages;
 }
 
-Stage StageScene::frame() {
+Stage StageScene::frame(const std::vector<Stage>& stages) {
   const auto run = [this] {
     live_.prepare(frames_.frames.back());
     register_live();
@@ -103,17 +103,21 @@ Stage StageScene::frame() {
     volume_.predict(pose_, parameters_.raycast, &model_);
   };
   double bytes = 0;
-  for (const Stage& stage : stages()) bytes += stage.is_whole ? stage.bytes : 0;
+  for (const Stage& stage : stages) bytes += stage.is_whole ? stage.bytes : 0;
   return {"a frame at once", run, pixels(), "px", bytes, false};
 }
 
-StageTime StageScene::measure(const Stage& stage, double seconds) const {
-  const auto run = [&] {
-    stage.run();
-    backend_->wait();
-  };
-  return {median_milliseconds(run, 0.5 * seconds),
-          median_of([&] { return backend_->milliseconds(stage.run); }, 0.5 * seconds)};
+double StageScene::wall(const Stage& stage, double seconds) const {
+  return median_milliseconds(
+      [&] {
+        stage.run();
+        backend_->wait();
+      },
+      seconds);
+}
+
+double StageScene::device(const Stage& stage, double seconds) const {
+  return median_of([&] { return backend_->milliseconds(stage.run); }, seconds);
 }
 
 void StageScene::add_preprocessing(std::vector<Stage>& stages) {

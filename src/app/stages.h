@@ -42,12 +42,6 @@ double median_milliseconds(const std::function<void()>& run, double seconds);
 /// The same of what `time` says of each run.
 double median_of(const std::function<double()>& time, double seconds);
 
-/// Medians of one run, milliseconds.
-struct StageTime {
-  double wall = 0;    ///< until all is done
-  double device = 0;  ///< by the clock of the backend's device
-};
-
 /// A volume with a few frames in it, the prediction from the last pose, and one more frame prepared.
 class StageScene {
  public:
@@ -59,9 +53,11 @@ class StageScene {
   /// In the order of a frame's way. They refer to this scene.
   std::vector<Stage> stages();
   /// A frame's way at once: nothing is waited for between its stages but what the next one needs.
-  Stage frame();
-  /// Half of `seconds` by either clock.
-  StageTime measure(const Stage& stage, double seconds) const;
+  /// `stages` are this scene's.
+  Stage frame(const std::vector<Stage>& stages);
+  /// Median of one run, milliseconds: until all is done, and by the clock of the backend's device.
+  double wall(const Stage& stage, double seconds) const;
+  double device(const Stage& stage, double seconds) const;
   const Backend& backend() const { return *backend_; }
 
  private:

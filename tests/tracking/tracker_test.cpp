@@ -287,6 +287,20 @@ TEST(TrackerPrior, IncrementsAreOnTheLeftInTheWorldsFrame) {
   expect_near(desk().track(desk().world_from_model(), input, parameters).world_from_camera, goal, 1e-7, 1e-5);
 }
 
+TEST(TrackerPrior, AStepLowersTheCost) {
+  const SE3 goal = test::Random(14).motion(2 * kRadiansPerDegree, 0.03) * desk().world_from_model();
+  const auto cost = [&](const SE3& t) {
+    return 0.5 * (3 * so3::log(t.rotation() * goal.rotation().transpose()).squaredNorm() +
+                  5 * (t.translation() - goal.translation()).squaredNorm());
+  };
+  TrackingInput input = desk().seed();
+  input.priors = pose_prior(goal, 3e12, 5e12);
+  TrackingParameters parameters = unit_residuals();
+  parameters.iterations = {0, 0, 3};
+  const SE3 pose = desk().world_from_model();
+  EXPECT_LT(cost(desk().track(pose, input, parameters).world_from_camera), 1e-6 * cost(pose));
+}
+
 TEST(TrackerPrior, IsToldWhatTheAssociationFound) {
   // Damping grows with the matched pixels and shrinks the step accordingly: (H + 2λn I/κσ²) ω = b/κσ² in each
   // iteration.
@@ -299,6 +313,13 @@ TEST(TrackerPrior, IsToldWhatTheAssociationFound) {
   const TrackingResult result = desk().track(truth, input);
   ASSERT_EQ(trace.size(), 19u) << "4 + 5 + 10";
   EXPECT_EQ(trace.back().matched, result.inliers);
+  for (std::size_t i = 0; i < trace.size(); ++i) {
+    const int level = i < 4 ? 2 : (i < 9 ? 1 : 0), pixels = (320 >> level) * (240 >> level);
+    EXPECT_EQ(trace[i].level, level) << i;
+    EXPECT_DOUBLE_EQ(trace[i].matched_fraction * pixels, trace[i].matched) << i;
+    EXPECT_GT(trace[i].matched, pixels / 3) << i;
+    EXPECT_LE(trace[i].matched, pixels) << i;
+  }
   TrackingInput free = desk().seed();
   std::vector<IcpIteration> undamped;
   free.trace = &undamped;
