@@ -32,8 +32,11 @@ constexpr std::size_t kFewestFrames = 100, kFewestPairs = 100;
 // that cannot be told from a corridor's walls, at most 3 %, and taking it out then made the run a little worse.
 constexpr double kLeastGain = 0.95;
 
-// The second time the motions between frames are right from the start; a third one changes the path no more.
-constexpr int kDepthRounds = 2;
+// The second time the path is held by what the first made of it: mountings of three hard dances err by 0.044°, 0.090°
+// and 0.042° in place of 0.059°, 0.103° and 0.059°.
+constexpr int kPathRounds = 2;
+
+using Tracked = DepthCalibration::Tracked;
 
 class PathTracker {
  public:
@@ -110,15 +113,17 @@ TrackedPath track_path(const Sequence& sequence, const TrackingOptions& options)
   const InterruptGuard interrupt;
   PathTracker tracker(sequence, options, [&] { return interrupt.signal() != 0; });
   const std::vector<int> frames = chosen_frames(sequence, options.max_frames);
-  if (!options.calibrate_depth) return tracker.track(frames, {}, nullptr);
   DepthCalibration calibration(sequence.info().camera, options.parameters.preprocess, tracker.backend(),
                                static_cast<int>(frames.size()));
   TrackedPath path = tracker.track(frames, {}, &calibration);
-  for (int round = 0; round < kDepthRounds; ++round) {
-    const std::optional<DepthCalibrationResult> found = calibration.estimate(path.poses);
+  if (options.calibrate_depth)
+    if (const auto rough = calibration.estimate(path.poses, Tracked::as_measured, options.threads))
+      path = tracker.track(frames, rough->distortion, nullptr);
+  for (int round = 0; round < kPathRounds; ++round) {
+    auto found = calibration.estimate(path.poses, Tracked::straightened, options.threads);
     if (!found) break;
-    path = tracker.track(frames, found->distortion, nullptr);
-    path.depth = found;
+    path.poses = found->path;
+    if (options.calibrate_depth) path.depth = std::move(found);
   }
   return path;
 }
@@ -153,7 +158,7 @@ std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, 
   else
     begin();
   for (; piece != pieces.end(); ++piece) add(*piece);
-  std::optional<DepthCalibrationResult> found = calibration->estimate(path);
+  std::optional<DepthCalibrationResult> found = calibration->estimate(path, Tracked::as_measured, options.threads);
   if (!found || found->pairs < kFewestPairs || found->after > kLeastGain * found->before) return std::nullopt;
   return found;
 }

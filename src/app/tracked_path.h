@@ -19,7 +19,7 @@ struct TrackingOptions {
   int threads = 0;     ///< 0 = all cores
   int max_frames = 0;  ///< 0 = all
   bool quiet = false;  ///< no progress
-  /// Of track_path: also find out how the depth is bent, and track it straightened: three passes instead of one.
+  /// Of track_path: also find out how the depth is bent, and track it straightened: two passes instead of one.
   bool calibrate_depth = false;
 };
 
@@ -29,7 +29,8 @@ struct TrackedPath {
   std::optional<DepthCalibrationResult> depth = {};  ///< what was taken out; nothing if it could not be told
 };
 
-/// Throws Error for a frame that cannot be read, or if Ctrl-C was pressed.
+/// The tracker's path, drawn together by comparing frames that saw the same things (`DepthCalibration`). Throws Error
+/// for a frame that cannot be read, or if Ctrl-C was pressed.
 TrackedPath track_path(const Sequence& sequence, const TrackingOptions& options);
 
 /// How the camera bends its depth, before a run over these frames of the sequence: two hundred of them, in pieces, are

@@ -21,11 +21,29 @@ void correct_row(float readings_per_metre, const float* errors, int width, std::
   }
 }
 
+/// Four nodes of a line of them and their shares in what lies between.
+struct Line {
+  std::size_t first;
+  std::array<double, 4> share;
+};
+
+/// `position` in nodes, of at least four; at either end the line goes on as a parabola (Keys 1981).
+Line line(double position, int nodes) {
+  const int cell = std::clamp(static_cast<int>(position), 0, nodes - 2);
+  const double t = std::clamp(position - cell, 0.0, 1.0);
+  const std::array<double, 4> w = {((1 - 0.5 * t) * t - 0.5) * t, (1.5 * t - 2.5) * t * t + 1,
+                                   ((2 - 1.5 * t) * t + 0.5) * t, (0.5 * t - 0.5) * t * t};
+  if (cell == 0) return {0, {w[1] + 3 * w[0], w[2] - 3 * w[0], w[3] + w[0], 0}};
+  if (cell == nodes - 2)
+    return {static_cast<std::size_t>(nodes - 4), {0, w[0] + w[3], w[1] - 3 * w[3], w[2] + 3 * w[3]}};
+  return {static_cast<std::size_t>(cell - 1), w};
+}
+
 }  // namespace
 
 DepthDistortion::DepthDistortion(int width, int height)
     : width_(width), height_(height), step_(static_cast<double>(width - 1) / (kColumns - 1)) {
-  rows_ = static_cast<int>(std::ceil((height - 1) / step_ - 1e-9)) + 1;
+  rows_ = std::max(4, static_cast<int>(std::ceil((height - 1) / step_ - 1e-9)) + 1);
   values_.assign(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(rows_), 0);
 }
 
@@ -36,18 +54,16 @@ double DepthDistortion::rms() const {
 }
 
 DepthDistortion::Nodes DepthDistortion::nodes(double x, double y) const {
-  // The last node belongs to the cell before it.
-  const double column = std::clamp(x / step_, 0.0, kColumns - 1 - 1e-9),
-               row = std::clamp(y / step_, 0.0, rows_ - 1 - 1e-9);
-  const double a = column - std::floor(column), b = row - std::floor(row);
-  const std::size_t first = static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column);
-  return {{first, first + 1, first + kColumns, first + kColumns + 1},
-          {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b}};
+  const Line across = line(x / step_, kColumns), down = line(y / step_, rows_);
+  Nodes n{down.first * kColumns + across.first, {}};
+  for (std::size_t r = 0; r < 4; ++r)
+    for (std::size_t c = 0; c < 4; ++c) n.share[4 * r + c] = down.share[r] * across.share[c];
+  return n;
 }
 
 double DepthDistortion::at(const Nodes& n) const {
   double sum = 0;
-  for (std::size_t i = 0; i < 4; ++i) sum += n.share[i] * values_[n.index[i]];
+  for (std::size_t i = 0; i < n.share.size(); ++i) sum += n.share[i] * values_[n.index(i)];
   return sum;
 }
 
@@ -65,21 +81,20 @@ void DepthDistortion::check_size(int width, int height) const {
 void DepthDistortion::correct(double readings_per_metre, DepthImage* depth) const {
   if (empty()) return;
   check_size(depth->width, depth->height);
-  std::vector<float> errors(static_cast<std::size_t>(width_));
+  std::vector<Line> across;
+  for (int x = 0; x < width_; ++x) across.push_back(line(x / step_, kColumns));
+  std::vector<float> errors(across.size());
   for (int y = 0; y < height_; ++y) {
-    fill_row(y, &errors);
+    const Line down = line(y / step_, rows_);
+    std::array<double, kColumns> nodes{};  // where their columns meet the row
+    for (std::size_t r = 0; r < 4; ++r)
+      for (std::size_t c = 0; c < kColumns; ++c) nodes[c] += down.share[r] * values_[(down.first + r) * kColumns + c];
+    for (std::size_t x = 0; x < across.size(); ++x) {
+      const double* four = &nodes[across[x].first];
+      const std::array<double, 4>& share = across[x].share;
+      errors[x] = static_cast<float>(share[0] * four[0] + share[1] * four[1] + share[2] * four[2] + share[3] * four[3]);
+    }
     correct_row(static_cast<float>(readings_per_metre), errors.data(), width_, depth->row(y));
-  }
-}
-
-void DepthDistortion::fill_row(int y, std::vector<float>* errors) const {
-  for (int column = 0; column + 1 < kColumns; ++column) {
-    const double left = at(column * step_, y), right = at((column + 1) * step_, y);
-    const bool is_last = column + 2 == kColumns;
-    const auto first = static_cast<int>(std::ceil(column * step_)),
-               end = is_last ? width_ : static_cast<int>(std::floor((column + 1) * step_)) + 1;
-    for (int x = first; x < end; ++x)
-      (*errors)[static_cast<std::size_t>(x)] = static_cast<float>(left + (x / step_ - column) * (right - left));
   }
 }
 

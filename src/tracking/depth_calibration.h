@@ -17,6 +17,7 @@ struct DepthCalibrationResult {
   DepthDistortion distortion;
   std::size_t pairs = 0;         ///< of frames, that were used
   double before = 0, after = 0;  ///< 1/m: rms of what they disagree by, outliers bounded
+  Trajectory path;               ///< the given one, moved to where the pairs fit best
 };
 
 /// By how much a motion moves what is seen in the image, as an angle: radians, of a scene some metres away.
@@ -24,6 +25,9 @@ double view_change(const SE3& motion);
 
 class DepthCalibration {
  public:
+  /// The depth on which a path was tracked: as the camera bends it, or with what was found taken out.
+  enum class Tracked { as_measured, straightened };
+
   /// `backend` must outlive it. `frames`: how many there will be; about two hundred of them are kept.
   DepthCalibration(const Pinhole& camera, const PreprocessParameters& parameters, const Backend& backend, int frames);
 
@@ -32,11 +36,11 @@ class DepthCalibration {
   /// What follows is not paired with what came before: its poses may be in another world.
   void begin_piece() { ++piece_; }
 
-  /// Point-to-plane registration of pairs of frames, where beside each pair's motion one distortion of all of them is
-  /// unknown (Gauss-Newton; the motions are eliminated). The residual is one of inverse depth, so that a smaller world
-  /// does not fit better. The path, world_from_camera, gives the motions to start from. Nothing if too few frames
-  /// overlap after the camera has moved.
-  std::optional<DepthCalibrationResult> estimate(const Trajectory& path) const;
+  /// Point-to-plane registration of pairs of frames, soon and long after each other, where beside the frames' poses one
+  /// distortion of all of them is unknown (Gauss-Newton). The residual is one of inverse depth, so that a smaller world
+  /// does not fit better. The path, world_from_camera, gives the poses to start from, and holds them where the pairs
+  /// say little. Nothing if too few frames overlap after the camera has moved.
+  std::optional<DepthCalibrationResult> estimate(const Trajectory& path, Tracked on, int threads = 1) const;
 
   /// One frame on a coarse level of the pyramid: metres, and normals towards the camera.
   struct View {

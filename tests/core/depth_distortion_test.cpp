@@ -6,12 +6,13 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "core/random.h"
 
 namespace plumbline {
 namespace {
 
-/// A function that is linear along each axis, which the grid must reproduce everywhere.
-double bilinear(double x, double y) { return 0.002 + 1e-5 * x - 2e-5 * y + 3e-8 * x * y; }
+/// A parabola along each axis, which cubic convolution must reproduce everywhere, up to the edges.
+double parabola(double x, double y) { return 0.002 + 1e-5 * x - 2e-5 * y + 3e-8 * x * y + 4e-8 * x * x - 5e-8 * y * y; }
 
 DepthDistortion filled(int width, int height) {
   DepthDistortion d(width, height);
@@ -19,20 +20,38 @@ DepthDistortion filled(int width, int height) {
   for (int row = 0; row < d.rows(); ++row)
     for (int column = 0; column < DepthDistortion::kColumns; ++column)
       d.values()[static_cast<std::size_t>(row * DepthDistortion::kColumns + column)] =
-          bilinear(column * step, row * step);
+          parabola(column * step, row * step);
   return d;
 }
 
-TEST(DepthDistortion, IsLinearBetweenNodesUpToTheEdges) {
+TEST(DepthDistortion, FollowsAParabolaUpToTheEdges) {
   const DepthDistortion d = filled(640, 480);
   EXPECT_EQ(d.rows(), 9);
   for (const double x : {0.0, 0.3, 63.9, 64.0, 320.2, 639.0})
     for (const double y : {0.0, 17.0, 240.5, 479.0}) {
-      EXPECT_NEAR(d.at(x, y), bilinear(x, y), 1e-9) << x << " " << y;
+      EXPECT_NEAR(d.at(x, y), parabola(x, y), 1e-9) << x << " " << y;
       const DepthDistortion::Nodes nodes = d.nodes(x, y);
       EXPECT_NEAR(std::accumulate(nodes.share.begin(), nodes.share.end(), 0.0), 1, 1e-12);
-      for (const std::size_t index : nodes.index) EXPECT_LT(index, d.values().size());
+      EXPECT_LT(nodes.row(3) + 3, d.values().size());
     }
+}
+
+TEST(DepthDistortion, ItsSlopeDoesNotJumpAtANode) {
+  DepthDistortion d(641, 481);
+  Random random(1);
+  for (double& value : d.values()) value = 0.01 * random.normal();
+  constexpr double kStep = 1e-3;
+  for (const double node : {64.0, 320.0, 576.0}) {
+    const double before = d.at(node, 100) - d.at(node - kStep, 100), after = d.at(node + kStep, 100) - d.at(node, 100);
+    EXPECT_NEAR(before / kStep, after / kStep, 1e-7);
+    EXPECT_GT(std::abs(d.at(node + 32, 100) - d.at(node, 100)), 1e-4) << "there is something to follow";
+  }
+}
+
+TEST(DepthDistortion, AFlatImageHasFourRowsOfNodesAllTheSame) {
+  const DepthDistortion d = filled(640, 16);
+  EXPECT_EQ(d.rows(), 4);
+  EXPECT_NEAR(d.at(200, 15), parabola(200, 15), 1e-9);
 }
 
 TEST(DepthDistortion, TakesOutWhatASensorPutIn) {
@@ -41,7 +60,7 @@ TEST(DepthDistortion, TakesOutWhatASensorPutIn) {
   DepthImage image(64, 48);
   for (int y = 0; y < 48; ++y)
     for (int x = 0; x < 64; ++x)
-      image.at(x, y) = static_cast<std::uint16_t>(std::lround(kScale / (1 / kDepth + bilinear(x, y))));
+      image.at(x, y) = static_cast<std::uint16_t>(std::lround(kScale / (1 / kDepth + parabola(x, y))));
   image.at(5, 5) = 0;
   d.correct(kScale, &image);
   for (int y = 0; y < 48; ++y)
