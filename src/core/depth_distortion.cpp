@@ -82,6 +82,7 @@ void DepthDistortion::correct(double readings_per_metre, DepthImage* depth) cons
   if (empty()) return;
   check_size(depth->width, depth->height);
   std::vector<Line> across;
+  across.reserve(static_cast<std::size_t>(width_));
   for (int x = 0; x < width_; ++x) across.push_back(line(x / step_, kColumns));
   std::vector<float> errors(across.size());
   for (int y = 0; y < height_; ++y) {

@@ -25,8 +25,7 @@ void write_depth_calibration(const std::string& path, const DepthDistortion& dis
   for (const std::string& comment : comments) text += "# " + comment + "\n";
   text += fmt::format(
       "\n[image]\nwidth = {}\nheight = {}\n\n[depth]\n# 1/m, measured less true, at nodes from left to right and top "
-      "to "
-      "bottom\ninverse_error = [\n",
+      "to bottom; cubic convolution between them\ninverse_error = [\n",
       distortion.width(), distortion.height());
   const std::vector<double>& values = distortion.values();
   for (auto row = values.begin(); row < values.end(); row += DepthDistortion::kColumns)
