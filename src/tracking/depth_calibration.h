@@ -39,7 +39,8 @@ class DepthCalibration {
   /// Point-to-plane registration of pairs of frames, soon and long after each other, where beside the frames' poses one
   /// distortion of all of them is unknown (Gauss-Newton). The residual is one of inverse depth, so that a smaller world
   /// does not fit better. The path, world_from_camera, gives the poses to start from, and holds them where the pairs
-  /// say little. Nothing if too few frames overlap after the camera has moved.
+  /// say little; `on` says how much. 0 threads takes all; the result is the same with any number. Nothing if too few
+  /// frames overlap after the camera has moved.
   std::optional<DepthCalibrationResult> estimate(const Trajectory& path, Tracked on, int threads = 1) const;
 
   /// One frame on a coarse level of the pyramid: metres, and normals towards the camera.

@@ -101,7 +101,7 @@ TEST(DepthCalibration, FindsThePatternFromAPathThatErrs) {
   const Found found = calibrate(1, 0.5);
   ASSERT_TRUE(found.result);
   EXPECT_GT(found.result->pairs, 40U);
-  EXPECT_GT(found.truth, 0.0055);
+  EXPECT_GT(found.truth, 0.0059);
   EXPECT_LT(found.error, 0.25 * found.truth);
   EXPECT_LT(found.result->after, 0.7 * found.result->before);
   EXPECT_EQ(found.result->path.size(), 60U);
@@ -113,14 +113,18 @@ TEST(DepthCalibration, HasTheSameBitsWithAnyNumberOfThreads) {
   const Found one = calibrate(1, 0.5), three = calibrate(1, 0.5, 1, 3);
   ASSERT_TRUE(one.result && three.result);
   EXPECT_EQ(one.result->distortion.values(), three.result->distortion.values());
-  EXPECT_EQ(one.path, three.path);
+  ASSERT_EQ(one.result->path.size(), three.result->path.size());
+  for (std::size_t i = 0; i < one.result->path.size(); ++i) {
+    const SE3 &a = one.result->path[i].world_from_camera, &b = three.result->path[i].world_from_camera;
+    EXPECT_TRUE(a.rotation() == b.rotation() && a.translation() == b.translation()) << i;
+  }
 }
 
 TEST(DepthCalibration, FindsNoneWhereThereIsNone) {
   const Found found = calibrate(0, 0.5);
   ASSERT_TRUE(found.result);
   EXPECT_LT(found.error, 0.001);
-  EXPECT_LT(std::abs(found.mean), 0.0015) << "a smaller world must not fit better";
+  EXPECT_LT(std::hypot(found.error, found.mean), 0.0015) << "a smaller world must not fit better";
 }
 
 TEST(DepthCalibration, SaysNothingOfACameraThatHardlyMoved) { EXPECT_FALSE(calibrate(1, 0, 0.02).result); }
