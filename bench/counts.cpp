@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "app/stages.h"
+#include "lab/stages.h"
 
 int main(int argc, char** argv) {
   using namespace plumbline;

@@ -7,7 +7,7 @@
 #include <list>
 #include <string>
 
-#include "app/stages.h"
+#include "lab/stages.h"
 
 namespace {
 

@@ -9,20 +9,20 @@ import pathlib
 import re
 import sys
 
-# What each folder may include beside itself.
-ALLOWED = {
+# What each folder may include beside itself and include/plumbline.
+LIBRARY = {
     "core": set(),
     "kernels": {"core"},
     "io": {"core"},
     "eval": {"core"},
-    "sim": {"core", "imu"},
-    "imu": {"core"},
+    "sensor": {"core"},
+    "sim": {"core", "sensor"},
     "capture": {"core", "io"},
     "backend": {"core", "kernels"},
-    "mapping": {"core", "kernels", "backend"},
+    "map": {"core", "kernels", "backend"},
     "tracking": {"core", "kernels", "backend"},
-    "pipeline": {"core", "kernels", "imu", "backend", "mapping", "tracking"},
-    "app": {"core", "kernels", "io", "eval", "sim", "imu", "backend", "mapping", "tracking", "pipeline", "capture"},
+    "pipeline": {"core", "kernels", "sensor", "backend", "map", "tracking"},
+    "calibration": {"core", "kernels", "io", "sensor", "backend", "tracking", "pipeline"},
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"/]+)/')
 PRINTS = re.compile(r"std::(cout|cerr|clog)|\b(printf|puts|exit|abort|_exit)\s*\(|fmt::print|\bstderr\b|\bstdout\b")

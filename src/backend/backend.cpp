@@ -5,7 +5,7 @@
 #include "backend/cpu/cpu.h"
 #include "backend/cuda/cuda.h"
 #include "backend/registration.h"
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 
@@ -43,7 +43,7 @@ double IcpSums::median_distance() const {
   return kernels::median_distance(median_bin(), static_cast<int>(histogram.size()) - 1, bin_width);
 }
 
-std::unique_ptr<Backend> make_backend(const std::string& name, int threads) {
+std::shared_ptr<Backend> make_backend(const std::string& name, int threads) {
   if (name == "auto" || name == "cpu") return make_cpu_backend(threads);
   if (name == "cuda" && cuda_info().available) return make_cuda_backend();
   if (name.starts_with("cpu:")) return make_cpu_backend(threads, name.substr(4));

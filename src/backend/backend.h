@@ -9,13 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "core/se3.h"
+#include "core/plane.h"
 #include "kernels/icp.h"
 #include "kernels/integrate.h"
 #include "kernels/marching_cubes.h"
 #include "kernels/preprocess.h"
 #include "kernels/raycast.h"
+#include "plumbline/backend.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 
@@ -117,17 +118,5 @@ class Backend {
   /// What the device needs for the calls that `work` makes, by its own clock.
   virtual double milliseconds(const std::function<void()>& work) const;
 };
-
-struct BackendInfo {
-  std::string name;
-  bool available = false;
-  std::string description;  ///< what it is, or why it is not available
-};
-
-/// "auto" (what is known to work: the CPU), "cpu", "cpu:avx2+fma" (with that instruction set), or "cuda". `threads` of
-/// 0 takes all of the machine's; other backends ignore it. Throws Error for a name that is unknown or not available
-/// here.
-std::unique_ptr<Backend> make_backend(const std::string& name = "auto", int threads = 0);
-std::vector<BackendInfo> list_backends();
 
 }  // namespace plumbline

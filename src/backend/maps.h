@@ -4,8 +4,9 @@
 #include <vector>
 
 #include "backend/backend.h"
-#include "core/image.h"
-#include "core/pinhole.h"
+#include "core/plane.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
 
 namespace plumbline {
 

@@ -1,4 +1,5 @@
 #include "backend/registration.h"
+#include "plumbline/se3.h"
 
 #include <numeric>
 

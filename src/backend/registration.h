@@ -5,6 +5,7 @@
 
 #include "backend/backend.h"
 #include "kernels/registration.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 

@@ -12,6 +12,8 @@
 #include "capture/clock.h"
 #include "io/atomic_file.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

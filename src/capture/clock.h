@@ -6,7 +6,7 @@
 
 #include <optional>
 
-#include "core/time.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

@@ -1,4 +1,6 @@
 #include "capture/color_pairing.h"
+#include "plumbline/image.h"
+#include "plumbline/time.h"
 
 #include <cstdlib>
 #include <utility>

@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "capture/depth_device.h"
+#include "plumbline/image.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "capture/drivers.h"
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline::capture {
 namespace {

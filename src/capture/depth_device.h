@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "core/pinhole.h"
-#include "core/time.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

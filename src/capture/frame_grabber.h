@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "capture/depth_device.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

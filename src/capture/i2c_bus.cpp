@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "capture/clock.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

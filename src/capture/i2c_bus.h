@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/register_bus.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "capture/clock.h"
+#include "plumbline/error.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

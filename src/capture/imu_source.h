@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "capture/bno055.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

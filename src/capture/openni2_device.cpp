@@ -11,8 +11,10 @@
 #include "capture/clock.h"
 #include "capture/color_pairing.h"
 #include "capture/drivers.h"
-#include "core/error.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

@@ -14,10 +14,11 @@
 #include <vector>
 
 #include "capture/clock.h"
-#include "core/error.h"
 #include "io/append_file.h"
 #include "io/atomic_file.h"
 #include "io/png.h"
+#include "plumbline/error.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

@@ -11,7 +11,8 @@
 
 #include "capture/depth_device.h"
 #include "capture/imu_reading.h"
-#include "core/pinhole.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

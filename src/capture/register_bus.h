@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/time.h"
+#include "plumbline/error.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "capture/register_bus.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 

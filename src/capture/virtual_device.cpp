@@ -4,7 +4,10 @@
 
 #include "capture/clock.h"
 #include "capture/drivers.h"
-#include "io/sequence.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/sequence.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

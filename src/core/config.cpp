@@ -1,4 +1,4 @@
-#include "core/config.h"
+#include "plumbline/config.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/depth_distortion.h"
+#include "plumbline/depth_distortion.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
 
 namespace plumbline {
 namespace {

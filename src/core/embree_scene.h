@@ -14,8 +14,8 @@
 #include <string>
 #include <type_traits>
 
-#include "core/error.h"
-#include "core/frame.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
 
 namespace plumbline::embree {
 

@@ -1,9 +1,9 @@
-#include "core/parameters.h"
+#include "plumbline/parameters.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 

@@ -1,4 +1,6 @@
-#include "core/time.h"
+#include "plumbline/time.h"
+
+#include <fmt/format.h>
 
 #include <array>
 #include <charconv>
@@ -68,10 +70,9 @@ std::string format_seconds(Nanoseconds t, int decimals) {
   const auto unit = static_cast<std::uint64_t>(kPowersOfTen[static_cast<std::size_t>(9 - decimals)]);
   magnitude = (magnitude + unit / 2) / unit;
   const auto scale = static_cast<std::uint64_t>(kPowersOfTen[static_cast<std::size_t>(decimals)]);
-  std::string text = (negative && magnitude != 0 ? "-" : "") + std::to_string(magnitude / scale);
-  if (decimals == 0) return text;
-  std::string fraction = std::to_string(magnitude % scale);
-  return text + "." + std::string(static_cast<std::size_t>(decimals) - fraction.size(), '0') + fraction;
+  const std::string_view sign = negative && magnitude != 0 ? "-" : "";
+  if (decimals == 0) return fmt::format("{}{}", sign, magnitude / scale);
+  return fmt::format("{}{}.{:0{}}", sign, magnitude / scale, magnitude % scale, decimals);
 }
 
 }  // namespace plumbline

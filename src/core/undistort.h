@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/image.h"
-#include "core/pinhole.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
 
 namespace plumbline {
 

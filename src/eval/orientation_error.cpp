@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/orientation.h"
 
 namespace plumbline::eval {
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/frame.h"
-#include "core/time.h"
+#include "plumbline/orientation.h"
+#include "plumbline/time.h"
 
 namespace plumbline::eval {
 

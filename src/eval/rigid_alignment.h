@@ -1,7 +1,7 @@
 // The rigid motion that brings one set of points onto another.
 #pragma once
 
-#include "core/se3.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::eval {
 

@@ -1,4 +1,4 @@
-#include "eval/statistics.h"
+#include "plumbline/statistics.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,10 @@
 #include <string>
 
 #include "core/embree_scene.h"
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::eval {
 namespace {

@@ -9,8 +9,11 @@
 #include <span>
 #include <vector>
 
-#include "core/frame.h"
-#include "eval/statistics.h"
+#include "plumbline/frame.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/statistics.h"
 
 namespace plumbline::eval {
 

@@ -6,8 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
 #include "eval/rigid_alignment.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::eval {
 namespace {

@@ -3,7 +3,8 @@
 
 #include <cstddef>
 
-#include "core/frame.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::eval {
 

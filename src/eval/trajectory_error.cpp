@@ -1,4 +1,4 @@
-#include "eval/trajectory_error.h"
+#include "plumbline/evaluation.h"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,11 @@
 #include <random>
 #include <string>
 
-#include "core/error.h"
 #include "eval/rigid_alignment.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::eval {
 namespace {

@@ -1,4 +1,7 @@
 #include "eval/turned_pairs.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/frame.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::eval {
 

@@ -5,8 +5,8 @@
 
 #include <cerrno>
 
-#include "core/error.h"
 #include "io/atomic_file.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/error.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

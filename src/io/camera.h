@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/pinhole.h"
-#include "io/sequence.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/sequence.h"
 
 namespace plumbline {
 

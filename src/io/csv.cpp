@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <utility>
 
-#include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 
-#include "core/error.h"
 #include "io/camera.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

@@ -1,6 +1,6 @@
 #include "io/download.h"
 
-#include "core/error.h"
+#include "plumbline/error.h"
 
 #ifdef PLUMBLINE_DOWNLOAD
 #include <archive.h>

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

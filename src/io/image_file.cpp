@@ -1,8 +1,8 @@
 #include "io/image_file.h"
 
-#include "core/error.h"
 #include "io/jpeg.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

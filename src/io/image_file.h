@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "core/image.h"
 #include "io/png.h"
+#include "plumbline/image.h"
 
 namespace plumbline {
 

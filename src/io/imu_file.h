@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/imu_sample.h"
+#include "plumbline/imu.h"
 
 namespace plumbline {
 

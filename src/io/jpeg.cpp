@@ -5,7 +5,7 @@
 #include <memory>
 #include <new>
 
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "core/image.h"
 #include "io/png.h"
+#include "plumbline/image.h"
 
 namespace plumbline {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

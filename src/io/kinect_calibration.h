@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "core/pinhole.h"
-#include "core/se3.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 

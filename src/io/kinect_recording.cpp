@@ -8,7 +8,6 @@
 #include <cstring>
 #include <optional>
 
-#include "core/error.h"
 #include "core/undistort.h"
 #include "io/camera.h"
 #include "io/jpeg.h"
@@ -17,6 +16,11 @@
 #include "io/recording.h"
 #include "io/registration.h"
 #include "io/stamped_lines.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 namespace {

@@ -1,7 +1,7 @@
 #include "io/matroska.h"
 
-#include "core/error.h"
 #include "io/stamped_lines.h"
+#include "plumbline/error.h"
 
 #ifdef PLUMBLINE_MATROSKA
 #include <ebml/EbmlContexts.h>

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/time.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 

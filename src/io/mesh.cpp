@@ -5,7 +5,8 @@
 #include <filesystem>
 #include <limits>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
 
 namespace plumbline {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/frame.h"
+#include "plumbline/mesh.h"
 
 namespace plumbline {
 

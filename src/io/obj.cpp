@@ -6,10 +6,11 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/mesh.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
 
 namespace plumbline {
 namespace {

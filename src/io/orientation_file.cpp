@@ -8,11 +8,13 @@
 #include <optional>
 #include <utility>
 
-#include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/columns.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
+#include "plumbline/orientation.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 namespace {

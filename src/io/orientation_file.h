@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frame.h"
-#include "core/orientation.h"
+#include "plumbline/orientation.h"
 
 namespace plumbline {
 

@@ -12,10 +12,11 @@
 #include <limits>
 #include <optional>
 
-#include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/mesh.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
 
 namespace plumbline {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "core/image.h"
 #include "io/atomic_file.h"
+#include "plumbline/image.h"
 
 namespace plumbline {
 

@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "core/frame.h"
-#include "io/sequence.h"
+#include "plumbline/frame.h"
+#include "plumbline/sequence.h"
 
 namespace plumbline {
 

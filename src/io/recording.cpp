@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <cstring>
 
-#include "core/error.h"
 #include "io/matroska.h"
 #include "io/rosbag.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "io/sequence.h"
+#include "plumbline/sequence.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 

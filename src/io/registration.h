@@ -1,9 +1,9 @@
 // Colour of a second camera, as the depth camera would see it.
 #pragma once
 
-#include "core/image.h"
-#include "core/pinhole.h"
-#include "core/se3.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 

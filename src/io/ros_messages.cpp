@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/error.h"
 #include "io/jpeg.h"
 #include "io/png.h"
+#include "plumbline/error.h"
 
 namespace plumbline::ros {
 namespace {

@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "core/image.h"
-#include "core/imu_sample.h"
-#include "core/pinhole.h"
-#include "core/time.h"
+#include "plumbline/image.h"
+#include "plumbline/imu.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/time.h"
 
 namespace plumbline::ros {
 

@@ -5,13 +5,17 @@
 #include <cmath>
 #include <optional>
 
-#include "core/error.h"
 #include "core/undistort.h"
 #include "io/camera.h"
 #include "io/recording.h"
 #include "io/ros_messages.h"
 #include "io/rosbag.h"
 #include "io/stamped_lines.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 namespace {

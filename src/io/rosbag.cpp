@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "core/error.h"
 #include "io/stamped_lines.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

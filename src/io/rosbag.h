@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/time.h"
 #include "io/recording.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 

@@ -1,4 +1,4 @@
-#include "io/sequence.h"
+#include "plumbline/sequence.h"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,16 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
 #include "core/undistort.h"
 #include "io/camera.h"
 #include "io/image_file.h"
 #include "io/imu_file.h"
 #include "io/recording.h"
 #include "io/sequence_list.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 namespace {

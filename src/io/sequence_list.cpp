@@ -7,11 +7,12 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
 #include "io/camera.h"
 #include "io/seven_scenes.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 namespace {

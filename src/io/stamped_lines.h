@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/time.h"
 #include "io/text_file.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 

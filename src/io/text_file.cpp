@@ -10,9 +10,9 @@
 #include <cstring>
 #include <utility>
 
-#include "core/error.h"
 #include "core/huge_pages.h"
 #include "io/gzip.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

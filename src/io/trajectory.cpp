@@ -8,12 +8,15 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/error.h"
 #include "core/huge_pages.h"
 #include "io/atomic_file.h"
 #include "io/seven_scenes.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frame.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline {
 

@@ -2,10 +2,10 @@
 // METHOD.md §1 and §4; Low 2004 for the linearisation, Newcombe et al. 2011 for the projective association.
 #pragma once
 
-#include "core/pinhole.h"
-#include "core/vec3.h"
 #include "kernels/lane.h"
 #include "kernels/preprocess.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/vec3.h"
 
 namespace plumbline::kernels {
 

@@ -2,10 +2,10 @@
 // et al. 2011. Only bricks that the frame can change are touched.
 #pragma once
 
-#include "core/pinhole.h"
-#include "core/vec3.h"
 #include "kernels/lane.h"
 #include "kernels/volume_view.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/vec3.h"
 
 namespace plumbline::kernels {
 

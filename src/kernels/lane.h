@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "core/image.h"
-#include "core/macros.h"
+#include "core/plane.h"
+#include "plumbline/macros.h"
 
 #if !defined(__CUDACC__)
 #include <xsimd/xsimd.hpp>

@@ -4,10 +4,10 @@
 
 #include <cstdint>
 
-#include "core/vec3.h"
 #include "kernels/lane.h"
 #include "kernels/marching_cubes_table.h"
 #include "kernels/volume_view.h"
+#include "plumbline/vec3.h"
 
 namespace plumbline::kernels {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/se3.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::kernels {
 

@@ -3,9 +3,9 @@
 // A reading of zero means "none" everywhere, and so does the padding around each plane; see PlaneView.
 #pragma once
 
-#include "core/pinhole.h"
-#include "core/vec3.h"
 #include "kernels/lane.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/vec3.h"
 
 namespace plumbline::kernels {
 

@@ -2,9 +2,9 @@
 // H_translation. Plain values, which a device takes as they are.
 #pragma once
 
-#include "core/parameters.h"
-#include "core/se3.h"
 #include "kernels/normal_equations.h"
+#include "plumbline/parameters.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::kernels {
 

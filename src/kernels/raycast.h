@@ -1,12 +1,12 @@
 // Prediction of what the camera sees of the model: the zero crossing along each pixel's ray, and its normal.
 #pragma once
 
-#include "core/pinhole.h"
-#include "core/vec3.h"
 #include "kernels/integrate.h"
 #include "kernels/lane.h"
 #include "kernels/preprocess.h"
 #include "kernels/volume_view.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/vec3.h"
 
 namespace plumbline::kernels {
 

@@ -7,6 +7,7 @@
 
 #include "kernels/icp.h"
 #include "kernels/priors.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::kernels {
 

@@ -1,8 +1,8 @@
 // The truncated signed distance volume as kernels see it: a dense cube stored in bricks of 8³ voxels.
 #pragma once
 
-#include "core/vec3.h"
 #include "kernels/lane.h"
+#include "plumbline/vec3.h"
 
 namespace plumbline::kernels {
 

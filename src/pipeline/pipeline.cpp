@@ -1,15 +1,24 @@
-#include "pipeline/pipeline.h"
+#include "plumbline/pipeline.h"
+#include "plumbline/mesh.h"
 
 #include <algorithm>
 #include <chrono>
 #include <numbers>
 #include <utility>
 
-#include "core/config.h"
-#include "mapping/volume.h"
+#include "backend/backend.h"
+#include "map/volume.h"
+#include "plumbline/config.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
 #include "tracking/live_frame.h"
 #include "tracking/motion_model.h"
+#include "tracking/orientation_guide.h"
 #include "tracking/start_search.h"
+#include "tracking/tracker.h"
 
 namespace plumbline {
 namespace {

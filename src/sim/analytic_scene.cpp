@@ -7,7 +7,11 @@
 #include <random>
 #include <utility>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::sim {
 namespace {

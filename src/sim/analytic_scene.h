@@ -8,9 +8,12 @@
 #include <optional>
 #include <vector>
 
-#include "core/frame.h"
-#include "core/pinhole.h"
-#include "core/se3.h"
+#include "plumbline/frame.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::sim {
 

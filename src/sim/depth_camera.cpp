@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "core/embree_scene.h"
-#include "core/error.h"
 #include "core/random.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
 
 namespace plumbline::sim {
 namespace {

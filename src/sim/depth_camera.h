@@ -25,9 +25,10 @@
 #include <functional>
 #include <memory>
 
-#include "core/frame.h"
-#include "core/pinhole.h"
-#include "core/se3.h"
+#include "plumbline/frame.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::sim {
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/random.h"
+#include "plumbline/mesh.h"
 
 namespace plumbline::sim {
 namespace {

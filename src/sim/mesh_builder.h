@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "core/frame.h"
-#include "core/se3.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::sim {
 

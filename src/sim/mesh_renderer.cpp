@@ -12,7 +12,10 @@
 #include <vector>
 
 #include "core/embree_scene.h"
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/trajectory.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline::sim {

@@ -6,9 +6,11 @@
 #include <memory>
 #include <optional>
 
-#include "core/frame.h"
-#include "core/pinhole.h"
-#include "core/se3.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::sim {
 

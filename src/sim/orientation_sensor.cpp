@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "core/random.h"
-#include "imu/error_model.h"
+#include "plumbline/error.h"
+#include "sensor/error_model.h"
 
 namespace plumbline::sim {
 namespace {

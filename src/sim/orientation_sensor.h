@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/se3.h"
-#include "core/time.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
 #include "sim/depth_camera.h"
 
 namespace plumbline::sim {

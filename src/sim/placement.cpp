@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "core/embree_scene.h"
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
 #include "sim/trajectory.h"
 
 namespace plumbline::sim {

@@ -1,4 +1,6 @@
 #include "sim/props.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
 
 #include <algorithm>
 #include <array>

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "core/random.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
 #include "sim/mesh_builder.h"
 
 namespace plumbline::sim::props {

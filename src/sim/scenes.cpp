@@ -6,7 +6,8 @@
 #include <numbers>
 #include <utility>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
 #include "sim/props.h"
 
 namespace plumbline::sim {

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/frame.h"
-#include "core/se3.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::sim {
 

@@ -7,8 +7,11 @@
 #include <numbers>
 #include <utility>
 
-#include "core/error.h"
 #include "core/random.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline::sim {

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/frame.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 #include "sim/scenes.h"
 
 namespace plumbline::sim {

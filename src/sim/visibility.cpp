@@ -6,7 +6,10 @@
 #include <cstdint>
 
 #include "core/embree_scene.h"
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::sim {
 namespace {

@@ -4,8 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "core/frame.h"
-#include "core/pinhole.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::sim {
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <string>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
 
 namespace plumbline {
 namespace {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "backend/maps.h"
-#include "core/frame.h"
-#include "core/parameters.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/parameters.h"
+#include "plumbline/pinhole.h"
 
 namespace plumbline {
 

@@ -1,7 +1,7 @@
 // How a hand moves: what is expected of the camera before the images are looked at.
 #pragma once
 
-#include "core/se3.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 

@@ -10,22 +10,12 @@
 #include <string_view>
 #include <vector>
 
-#include "core/parameters.h"
-#include "core/se3.h"
+#include "plumbline/parameters.h"
+#include "plumbline/se3.h"
+#include "plumbline/tracking.h"
 #include "tracking/priors.h"
 
 namespace plumbline {
-
-/// What became of the sensor in one frame.
-enum class OrientationUse {
-  off,         ///< no parameter asks for it, or the sequence has no sensor
-  missing,     ///< no reading for this frame
-  first,       ///< the reading that ties the earth to the world
-  used,        ///< as a seed, as a term, or both
-  distrusted,  ///< it disagrees with what was tracked over the last frames
-  dropped      ///< the frame could only be tracked without it, or clearly better
-};
-std::string_view to_string(OrientationUse use);
 
 /// Whether the sensor predicts the camera's turns better than the guess that the camera does not turn. Judged over
 /// spans of frames, where an orientation's smooth systematic error (METHOD.md §5) changes little, and a wrong

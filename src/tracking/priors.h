@@ -1,8 +1,8 @@
 // The priors of kernels/priors.h from what sensors and parameters say.
 #pragma once
 
-#include "core/parameters.h"
 #include "kernels/priors.h"
+#include "plumbline/parameters.h"
 
 namespace plumbline {
 

@@ -1,4 +1,5 @@
 #include "tracking/solver.h"
+#include "plumbline/se3.h"
 
 #include <Eigen/Eigenvalues>
 #include <limits>

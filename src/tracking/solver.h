@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/normal_equations.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "core/parameters.h"
-#include "core/se3.h"
+#include "plumbline/parameters.h"
+#include "plumbline/se3.h"
 #include "tracking/tracker.h"
 
 namespace plumbline {

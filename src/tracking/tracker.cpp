@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "backend/registration.h"
-#include "core/error.h"
+#include "plumbline/error.h"
 #include "tracking/solver.h"
 
 namespace plumbline {

@@ -10,6 +10,9 @@
 #include "app/program.h"
 #include "app/small_sequence.h"
 #include "eval/turned_pairs.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::test {
 namespace {

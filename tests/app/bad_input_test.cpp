@@ -13,6 +13,7 @@
 #include "io/mesh.h"
 #include "io/png.h"
 #include "io/trajectory.h"
+#include "plumbline/image.h"
 #include "support/small_disk.h"
 
 namespace plumbline::test {

@@ -10,14 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "app/arguments.h"
-#include "app/child_process.h"
-#include "app/executor.h"
 #include "app/program.h"
-#include "app/run_figures.h"
-#include "app/run_grid.h"
-#include "app/run_list.h"
 #include "app/small_sequence.h"
+#include "cli/arguments.h"
+#include "lab/child_process.h"
+#include "lab/executor.h"
+#include "lab/run_grid.h"
+#include "lab/run_list.h"
+#include "run/run_figures.h"
 
 namespace plumbline::test {
 namespace {

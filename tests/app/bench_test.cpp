@@ -1,5 +1,5 @@
 // What `bench --grow` makes of its measurements.
-#include "app/bench_growth.h"
+#include "lab/bench_growth.h"
 
 #include <gmock/gmock.h>
 

@@ -7,9 +7,9 @@
 
 #include "app/program.h"
 #include "app/small_sequence.h"
-#include "core/se3.h"
-#include "io/depth_calibration_file.h"
-#include "io/orientation_calibration.h"
+#include "calibration/depth_calibration_file.h"
+#include "calibration/orientation_calibration.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::test {
 namespace {

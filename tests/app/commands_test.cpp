@@ -4,12 +4,15 @@
 #include <nlohmann/json.hpp>
 
 #include "app/program.h"
-#include "app/report.h"
 #include "app/small_sequence.h"
-#include "core/config.h"
 #include "io/image_file.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
+#include "plumbline/config.h"
+#include "plumbline/image.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
+#include "report/report.h"
 
 namespace plumbline::test {
 namespace {

@@ -13,6 +13,9 @@
 #include "app/program.h"
 #include "io/csv.h"
 #include "io/trajectory.h"
+#include "plumbline/frame.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::test {
 namespace {

@@ -4,10 +4,11 @@
 #include <filesystem>
 #include <numbers>
 
-#include "app/arguments.h"
-#include "app/orientation_arguments.h"
-#include "io/orientation_calibration.h"
+#include "calibration/orientation_calibration.h"
+#include "cli/arguments.h"
+#include "cli/orientation_arguments.h"
 #include "io/temp_folder.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::app {
 namespace {

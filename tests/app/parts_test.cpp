@@ -1,10 +1,13 @@
 // The program's parts that need no process.
 #include <gtest/gtest.h>
 
-#include "app/arguments.h"
-#include "app/console.h"
-#include "app/progress.h"
-#include "app/summary.h"
+#include "cli/arguments.h"
+#include "cli/console.h"
+#include "cli/progress.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
+#include "run/summary.h"
 
 namespace plumbline::app {
 namespace {

@@ -1,5 +1,5 @@
 // Plots as files: what gnuplot was told shows in the picture.
-#include "app/plot.h"
+#include "report/plot.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,9 @@
 #include <filesystem>
 
 #include "app/program.h"
-#include "core/error.h"
 #include "io/image_file.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
 #include "support/error_of.h"
 
 namespace plumbline::app {

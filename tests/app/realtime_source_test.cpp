@@ -1,5 +1,7 @@
 // A recording in real time, from a source whose frames are nothing but stamps.
-#include "app/realtime_source.h"
+#include "run/realtime_source.h"
+#include "plumbline/frame.h"
+#include "plumbline/time.h"
 
 #include <gtest/gtest.h>
 

@@ -12,15 +12,16 @@
 #include <sstream>
 #include <thread>
 
-#include "app/capture_arguments.h"
 #include "app/program.h"
 #include "app/small_sequence.h"
 #include "capture/clock.h"
 #include "capture/fake_bno055.h"
+#include "cli/capture_arguments.h"
 #include "io/image_file.h"
 #include "io/orientation_file.h"
-#include "io/sequence.h"
 #include "io/trajectory.h"
+#include "plumbline/sequence.h"
+#include "plumbline/time.h"
 
 namespace plumbline::test {
 namespace {

@@ -10,12 +10,14 @@
 #include <cmath>
 #include <filesystem>
 
-#include "app/base64.h"
 #include "app/program.h"
-#include "app/report.h"
-#include "app/report_frames.h"
-#include "app/report_mesh.h"
 #include "app/small_sequence.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
+#include "report/base64.h"
+#include "report/report.h"
+#include "report/report_frames.h"
+#include "report/report_mesh.h"
 
 namespace plumbline::test {
 namespace {

@@ -1,5 +1,5 @@
 // The paper's tables: the uncertainty study against the error model itself, and the commands on a small sequence.
-#include "app/reproduce.h"
+#include "lab/reproduce.h"
 
 #include <gmock/gmock.h>
 
@@ -10,7 +10,8 @@
 
 #include "app/program.h"
 #include "app/small_sequence.h"
-#include "imu/error_model.h"
+#include "plumbline/se3.h"
+#include "sensor/error_model.h"
 
 namespace plumbline::test {
 namespace {

@@ -8,13 +8,17 @@
 #include <thread>
 
 #include "app/program.h"
-#include "app/report.h"
 #include "app/small_sequence.h"
-#include "core/config.h"
-#include "eval/trajectory_error.h"
 #include "io/image_file.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
+#include "plumbline/config.h"
+#include "plumbline/evaluation.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
+#include "report/report.h"
 
 namespace plumbline::test {
 namespace {

@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/program.h"
-#include "app/sensor_model.h"
 #include "app/small_sequence.h"
-#include "core/se3.h"
+#include "cli/sensor_model.h"
 #include "io/orientation_file.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::test {
 namespace {

@@ -10,6 +10,9 @@
 #include "io/image_file.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::test {
 namespace {

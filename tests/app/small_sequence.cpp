@@ -7,9 +7,11 @@
 #include <stdexcept>
 
 #include "app/program.h"
-#include "core/time.h"
 #include "io/png.h"
 #include "io/trajectory.h"
+#include "plumbline/frame.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline::test {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/pinhole.h"
+#include "plumbline/pinhole.h"
 
 namespace plumbline::test {
 

@@ -1,5 +1,5 @@
 // Tables as text, Markdown, CSV and JSON.
-#include "app/table.h"
+#include "cli/table.h"
 
 #include <gtest/gtest.h>
 

@@ -27,8 +27,8 @@ inline std::vector<std::string> lane_types() {
   return result;
 }
 
-inline std::unique_ptr<Backend> make_lanes(const std::string& lane_type, int threads = 1) {
-  if (lane_type == "scalar") return std::unique_ptr<Backend>(cpu::make_lanes_scalar(threads, "scalar"));
+inline std::shared_ptr<Backend> make_lanes(const std::string& lane_type, int threads = 1) {
+  if (lane_type == "scalar") return std::shared_ptr<Backend>(cpu::make_lanes_scalar(threads, "scalar"));
   if (lane_type == "cuda") return make_cuda_backend(CudaMemory::managed);  // tests look into its memory
   return make_cpu_backend(threads, lane_type);
 }
@@ -40,7 +40,7 @@ class LaneTest : public testing::TestWithParam<std::string> {
   const Backend& backend() const { return *backend_; }
 
  private:
-  std::unique_ptr<Backend> backend_;
+  std::shared_ptr<Backend> backend_;
 };
 
 inline std::string lane_test_name(const testing::TestParamInfo<std::string>& info) {

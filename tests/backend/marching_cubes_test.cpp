@@ -10,7 +10,11 @@
 #include "backend/lane_types.h"
 #include "backend/reference_volume.h"
 #include "backend/scenes.h"
-#include "mapping/volume.h"
+#include "map/volume.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {

@@ -4,6 +4,9 @@
 
 #include "backend/lane_types.h"
 #include "backend/scenes.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {

@@ -12,6 +12,9 @@
 #include "backend/scenes.h"
 #include "kernels/marching_cubes.h"
 #include "kernels/volume_view.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::test {
 

@@ -10,6 +10,8 @@
 
 #include "backend/lane_types.h"
 #include "backend/scenes.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {
@@ -139,7 +141,7 @@ TEST_P(RegistrationTest, RepeatsToTheBit) {
 }
 
 TEST_P(RegistrationTest, FindsTheMotionAsThePlainLaneDoes) {
-  const std::unique_ptr<Backend> plain = test::make_lanes("scalar");
+  const std::shared_ptr<Backend> plain = test::make_lanes("scalar");
   for (const Variant& variant : variants()) {
     SCOPED_TRACE(variant.name);
     const kernels::RegistrationState here = iterate(backend(), variant), there = iterate(*plain, variant);

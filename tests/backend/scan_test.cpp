@@ -8,7 +8,8 @@
 
 #include "backend/lane_types.h"
 #include "backend/scenes.h"
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
 
 namespace plumbline {
 namespace {
@@ -23,7 +24,7 @@ class Scan : public testing::TestWithParam<int> {
  private:
   // A machine with fewer cores would otherwise be given fewer threads.
   tbb::global_control threads_{tbb::global_control::max_allowed_parallelism, 7};
-  std::unique_ptr<Backend> backend_;
+  std::shared_ptr<Backend> backend_;
 };
 
 TEST_P(Scan, CompactListsTheMarkedInOrder) {

@@ -12,6 +12,9 @@
 #include <vector>
 
 #include "backend/maps.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline::test {

@@ -1,9 +1,13 @@
 // The volume as a whole: any size, placement, and starting afresh.
-#include "mapping/volume.h"
+#include "map/volume.h"
 #include "backend/lane_types.h"
 #include "backend/reference_volume.h"
 #include "backend/scenes.h"
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {

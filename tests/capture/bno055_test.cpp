@@ -15,6 +15,7 @@
 #include "capture/imu_source.h"
 #include "capture/serial_bus.h"
 #include "io/temp_folder.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

@@ -1,4 +1,5 @@
 #include "capture/clock.h"
+#include "plumbline/time.h"
 
 #include <gtest/gtest.h>
 

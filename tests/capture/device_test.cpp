@@ -12,6 +12,9 @@
 #include "capture/frame_grabber.h"
 #include "io/png.h"
 #include "io/temp_folder.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/time.h"
+#include "plumbline/time.h"
 
 namespace plumbline::test {
 

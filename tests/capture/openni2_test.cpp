@@ -9,6 +9,7 @@
 #include "capture/clock.h"
 #include "capture/frame_grabber.h"
 #include "io/temp_folder.h"
+#include "plumbline/time.h"
 
 namespace plumbline::capture {
 namespace {

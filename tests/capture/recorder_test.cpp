@@ -12,8 +12,12 @@
 #include "capture/clock.h"
 #include "io/image_file.h"
 #include "io/orientation_file.h"
-#include "io/sequence.h"
 #include "io/temp_folder.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/sequence.h"
+#include "plumbline/time.h"
 #include "support/small_disk.h"
 
 namespace plumbline::capture {

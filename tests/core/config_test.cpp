@@ -1,4 +1,4 @@
-#include "core/config.h"
+#include "plumbline/config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <random>
 
-#include "core/error.h"
+#include "plumbline/error.h"
 #include "support/error_of.h"
 
 namespace plumbline {

@@ -1,12 +1,13 @@
-#include "core/depth_distortion.h"
+#include "plumbline/depth_distortion.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 
-#include "core/error.h"
 #include "core/random.h"
+#include "plumbline/error.h"
+#include "plumbline/image.h"
 
 namespace plumbline {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/error.h"
+#include "plumbline/error.h"
 
 #include <gtest/gtest.h>
 

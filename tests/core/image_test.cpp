@@ -1,4 +1,5 @@
-#include "core/image.h"
+#include "plumbline/image.h"
+#include "core/plane.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/pinhole.h"
+#include "plumbline/pinhole.h"
 
 #include <gtest/gtest.h>
 

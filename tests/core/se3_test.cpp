@@ -1,4 +1,4 @@
-#include "core/se3.h"
+#include "plumbline/se3.h"
 
 #include <gtest/gtest.h>
 

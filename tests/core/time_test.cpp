@@ -1,4 +1,4 @@
-#include "core/time.h"
+#include "plumbline/time.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::eval {
 namespace {

@@ -9,7 +9,12 @@
 #include <random>
 #include <vector>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline::eval {
 namespace {

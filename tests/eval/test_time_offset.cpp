@@ -8,7 +8,10 @@
 #include <random>
 #include <string>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::eval {
 namespace {

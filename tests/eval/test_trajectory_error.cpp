@@ -1,4 +1,4 @@
-#include "eval/trajectory_error.h"
+#include "plumbline/evaluation.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,10 @@
 #include <tuple>
 #include <vector>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 #include "support/data.h"
 #include "support/error_of.h"
 

@@ -9,20 +9,20 @@
 #include <functional>
 #include <stdexcept>
 
-#include "core/config.h"
-#include "core/error.h"
+#include "calibration/depth_calibration_file.h"
+#include "calibration/orientation_calibration.h"
 #include "io/camera.h"
-#include "io/depth_calibration_file.h"
 #include "io/imu_file.h"
 #include "io/jpeg.h"
 #include "io/kinect_calibration.h"
 #include "io/mesh.h"
-#include "io/orientation_calibration.h"
 #include "io/orientation_file.h"
 #include "io/png.h"
-#include "io/sequence.h"
 #include "io/sequence_list.h"
 #include "io/trajectory.h"
+#include "plumbline/config.h"
+#include "plumbline/error.h"
+#include "plumbline/sequence.h"
 
 namespace plumbline::fuzz {
 namespace {

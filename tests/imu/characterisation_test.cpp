@@ -1,11 +1,14 @@
-#include "imu/characterisation.h"
+#include "sensor/characterisation.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "core/error.h"
 #include "core/random.h"
+#include "plumbline/error.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 namespace {

@@ -1,4 +1,4 @@
-#include "imu/convention_check.h"
+#include "sensor/convention_check.h"
 
 #include <gmock/gmock.h>
 
@@ -6,10 +6,14 @@
 #include <numbers>
 
 #include "core/random.h"
-#include "imu/error_model.h"
-#include "imu/orientation_stream.h"
 #include "io/orientation_file.h"
 #include "io/trajectory.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
+#include "sensor/error_model.h"
+#include "sensor/orientation_stream.h"
 #include "support/data.h"
 
 namespace plumbline {

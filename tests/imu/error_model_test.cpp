@@ -1,12 +1,14 @@
-#include "imu/error_model.h"
+#include "sensor/error_model.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "core/random.h"
+#include "plumbline/error.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {

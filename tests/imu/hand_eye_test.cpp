@@ -1,12 +1,15 @@
-#include "imu/hand_eye.h"
+#include "calibration/hand_eye.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "calibration/time_offset.h"
 #include "imu/simulated_recording.h"
-#include "imu/time_offset.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline {
 namespace {

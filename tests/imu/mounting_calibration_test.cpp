@@ -1,12 +1,14 @@
 // Simulated recordings with random mountings, offsets, sensors and trackers' errors.
-#include "imu/mounting_calibration.h"
+#include "calibration/mounting_calibration.h"
 
 #include <gmock/gmock.h>
 
 #include <Eigen/Dense>
 
-#include "core/error.h"
 #include "imu/simulated_recording.h"
+#include "plumbline/error.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {

@@ -1,17 +1,19 @@
 // The filters against motions whose orientation is known, and on the BROAD benchmark.
-#include "imu/orientation_filter.h"
+#include "sensor/orientation_filter.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "core/random.h"
 #include "eval/orientation_error.h"
-#include "imu/low_pass.h"
-#include "imu/madgwick.h"
 #include "io/imu_file.h"
+#include "plumbline/error.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
+#include "sensor/low_pass.h"
+#include "sensor/madgwick.h"
 #include "support/data.h"
 
 namespace plumbline {

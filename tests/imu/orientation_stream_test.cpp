@@ -1,4 +1,4 @@
-#include "imu/orientation_stream.h"
+#include "sensor/orientation_stream.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,10 @@
 #include <limits>
 #include <numbers>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 namespace {

@@ -8,8 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/mounting_calibration.h"
 #include "core/random.h"
-#include "imu/mounting_calibration.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 #include "sim/orientation_sensor.h"
 
 namespace plumbline::test {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "io/png.h"
+#include "plumbline/image.h"
 #include "temp_folder.h"
 
 namespace plumbline {

@@ -1,10 +1,12 @@
-#include "io/depth_calibration_file.h"
+#include "calibration/depth_calibration_file.h"
 
 #include <gmock/gmock.h>
 
 #include "core/random.h"
 #include "io/png.h"
-#include "io/sequence.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/sequence.h"
 #include "temp_folder.h"
 
 namespace plumbline {

@@ -7,6 +7,7 @@
 #include "io/image_file.h"
 #include "io/jpeg.h"
 #include "io/png.h"
+#include "plumbline/image.h"
 #include "png_samples.h"
 #include "support/data.h"
 #include "temp_folder.h"

@@ -7,7 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/se3.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
 #include "support/data.h"
 #include "temp_folder.h"
 

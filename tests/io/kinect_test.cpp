@@ -6,7 +6,11 @@
 #include "io/kinect_calibration.h"
 #include "io/matroska.h"
 #include "io/registration.h"
-#include "io/sequence.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/sequence.h"
 #include "support/data.h"
 #include "temp_folder.h"
 

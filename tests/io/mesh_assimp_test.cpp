@@ -5,6 +5,7 @@
 
 #include "io/mesh.h"
 #include "mesh_samples.h"
+#include "plumbline/mesh.h"
 #include "temp_folder.h"
 
 namespace plumbline {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/frame.h"
+#include "plumbline/mesh.h"
 
 namespace plumbline::test {
 

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "mesh_samples.h"
+#include "plumbline/mesh.h"
 #include "temp_folder.h"
 
 namespace plumbline {

@@ -5,6 +5,9 @@
 #include <cmath>
 
 #include "io/trajectory.h"
+#include "plumbline/orientation.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 #include "support/data.h"
 #include "temp_folder.h"
 

@@ -6,7 +6,10 @@
 #include <chrono>
 #include <numeric>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/time.h"
 #include "support/data.h"
 
 namespace plumbline {

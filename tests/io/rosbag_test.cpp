@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 
 #include "io/ros_messages.h"
-#include "io/sequence.h"
+#include "plumbline/frame.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/sequence.h"
 #include "support/source.h"
 #include "temp_folder.h"
 

@@ -1,4 +1,5 @@
-#include "io/sequence.h"
+#include "plumbline/sequence.h"
+#include "plumbline/trajectory.h"
 
 #include <gmock/gmock.h>
 
@@ -9,6 +10,9 @@
 
 #include "io/png.h"
 #include "io/trajectory.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
 #include "png_samples.h"
 #include "support/data.h"
 #include "temp_folder.h"

@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 #include "support/data.h"
 #include "temp_folder.h"
 

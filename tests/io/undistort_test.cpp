@@ -1,5 +1,7 @@
 // The undistorter that sequences are read through: core/undistort.h on images whose truth is known.
 #include "core/undistort.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
 
 #include <gtest/gtest.h>
 

@@ -5,10 +5,16 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/error.h"
-#include "eval/statistics.h"
-#include "eval/trajectory_error.h"
 #include "pipeline/runs.h"
+#include "plumbline/error.h"
+#include "plumbline/evaluation.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/statistics.h"
+#include "plumbline/trajectory.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline {

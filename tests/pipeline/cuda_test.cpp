@@ -2,10 +2,11 @@
 #include <gtest/gtest.h>
 
 #include "backend/cuda/cuda.h"
-#include "core/config.h"
-#include "core/error.h"
-#include "io/sequence.h"
 #include "pipeline/runs.h"
+#include "plumbline/config.h"
+#include "plumbline/error.h"
+#include "plumbline/se3.h"
+#include "plumbline/sequence.h"
 #include "support/data.h"
 
 namespace plumbline {

@@ -4,10 +4,14 @@
 #include <map>
 #include <numbers>
 
-#include "core/config.h"
-#include "eval/trajectory_error.h"
-#include "imu/error_model.h"
 #include "pipeline/runs.h"
+#include "plumbline/config.h"
+#include "plumbline/evaluation.h"
+#include "plumbline/frame.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
+#include "sensor/error_model.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline {

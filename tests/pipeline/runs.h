@@ -6,8 +6,13 @@
 #include <vector>
 
 #include "backend/backend.h"
-#include "core/parameters.h"
-#include "pipeline/pipeline.h"
+#include "plumbline/frame.h"
+#include "plumbline/mesh.h"
+#include "plumbline/parameters.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/pipeline.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline::test {
 

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/parameters.h"
 #include "pipeline/runs.h"
+#include "plumbline/frame.h"
+#include "plumbline/parameters.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline {

@@ -9,7 +9,11 @@
 #include <numbers>
 #include <vector>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 #include "sim/mesh_builder.h"
 
 namespace plumbline::sim {

@@ -12,7 +12,13 @@
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline::sim {

@@ -5,8 +5,12 @@
 #include <numbers>
 #include <vector>
 
-#include "core/error.h"
 #include "core/random.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 #include "sim/mesh_builder.h"
 #include "sim/orientation_sensor.h"
 #include "sim/scenes.h"

@@ -10,12 +10,12 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "app/child_process.h"
-#include "app/executor.h"
 #include "app/program.h"
-#include "app/run_list.h"
 #include "app/small_sequence.h"
-#include "core/error.h"
+#include "lab/child_process.h"
+#include "lab/executor.h"
+#include "lab/run_list.h"
+#include "plumbline/error.h"
 
 namespace plumbline::test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline::test {
 

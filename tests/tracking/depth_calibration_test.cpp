@@ -1,5 +1,5 @@
 // A camera that bends its depth by a known pattern looks about an analytic room.
-#include "tracking/depth_calibration.h"
+#include "calibration/depth_calibration.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,11 @@
 
 #include "backend/scenes.h"
 #include "core/random.h"
+#include "plumbline/frame.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline {
 namespace {
@@ -55,7 +60,7 @@ double turn_error(const Trajectory& path) {
 
 /// `bend`: factor on the pattern; `wrong`: degrees by which the path that is given errs from frame to frame.
 Found calibrate(double bend, double wrong, double speed = 1, int threads = 1) {
-  const std::unique_ptr<Backend> backend = make_backend("cpu", 1);
+  const std::shared_ptr<Backend> backend = make_backend("cpu", 1);
   constexpr int kFrames = 60;
   DepthCalibration calibration(kCamera, PreprocessParameters(), *backend, kFrames);
   const sim::AnalyticScene scene = sim::desk_corner();
@@ -130,7 +135,7 @@ TEST(DepthCalibration, FindsNoneWhereThereIsNone) {
 TEST(DepthCalibration, SaysNothingOfACameraThatHardlyMoved) { EXPECT_FALSE(calibrate(1, 0, 0.02).result); }
 
 TEST(DepthCalibration, FramesWithoutAPoseAreLeftOut) {
-  const std::unique_ptr<Backend> backend = make_backend("cpu", 1);
+  const std::shared_ptr<Backend> backend = make_backend("cpu", 1);
   DepthCalibration calibration(kCamera, PreprocessParameters(), *backend, 1);
   calibration.add(sim::render(sim::desk_corner(), kCamera, pose(0), 5, kScale, false));
   EXPECT_FALSE(calibration.estimate({}, DepthCalibration::Tracked::straightened));

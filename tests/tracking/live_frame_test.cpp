@@ -5,7 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "backend/scenes.h"
-#include "core/error.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {
@@ -17,7 +21,7 @@ class LiveFrameTest : public testing::Test {
   }
 
   Pinhole camera_ = test::pinhole(321, 241);
-  std::unique_ptr<Backend> backend_ = make_backend("cpu", 1);
+  std::shared_ptr<Backend> backend_ = make_backend("cpu", 1);
   sim::AnalyticScene scene_ = sim::desk_corner();
   SE3 pose_ = sim::orbit().front().world_from_camera;
   Frame frame_ = sim::render(scene_, camera_, pose_);

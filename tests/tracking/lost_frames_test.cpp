@@ -5,9 +5,15 @@
 #include <cstring>
 
 #include "backend/scenes.h"
-#include "core/error.h"
 #include "kernels/icp.h"
-#include "pipeline/pipeline.h"
+#include "plumbline/error.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/pipeline.h"
+#include "plumbline/se3.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline {
 namespace {
@@ -51,7 +57,7 @@ Frame with_readings(Frame frame, std::uint16_t reading) {
 
 class LostFrames : public testing::Test {
  protected:
-  std::unique_ptr<Backend> backend_ = make_backend("cpu", 1);
+  std::shared_ptr<Backend> backend_ = make_backend("cpu", 1);
 };
 
 bool same(const Mesh& a, const Mesh& b) {

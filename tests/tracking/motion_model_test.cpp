@@ -1,5 +1,6 @@
 // What is expected of a hand.
 #include "tracking/motion_model.h"
+#include "plumbline/se3.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,8 @@
 #include <numbers>
 
 #include "backend/scenes.h"
-#include "imu/error_model.h"
+#include "plumbline/se3.h"
+#include "sensor/error_model.h"
 
 namespace plumbline {
 namespace {

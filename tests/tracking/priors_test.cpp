@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "backend/scenes.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {

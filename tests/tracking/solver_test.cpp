@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "backend/scenes.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 namespace {

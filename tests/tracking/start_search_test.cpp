@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "backend/scenes.h"
+#include "plumbline/se3.h"
 #include "tracking/orientation_guide.h"
 
 namespace plumbline {

@@ -6,7 +6,10 @@
 #include <numeric>
 
 #include "backend/scenes.h"
-#include "mapping/volume.h"
+#include "map/volume.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 #include "tracking/live_frame.h"
 
 namespace plumbline {
@@ -73,7 +76,7 @@ class Model {
   }
 
  private:
-  std::unique_ptr<Backend> backend_ = make_backend("cpu", 1);
+  std::shared_ptr<Backend> backend_ = make_backend("cpu", 1);
   sim::AnalyticScene scene_;
   SE3 world_from_model_;
   DepthPyramid model_;

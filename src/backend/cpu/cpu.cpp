@@ -4,7 +4,8 @@
 #include <cstring>
 
 #include "backend/cpu/lanes.h"
-#include "core/error.h"
+#include "backend/cpu/scan.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace cpu {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "backend/backend.h"
-#include "backend/cpu/threads.h"
+#include "core/thread_pool.h"
 
 namespace plumbline::cpu {
 
@@ -30,13 +30,13 @@ class LanesBase : public Backend {
   using Backend::run;
 
  protected:
-  const Threads& threads() const { return threads_; }
+  const ThreadPool& threads() const { return threads_; }
   virtual void reduce_into(const kernels::IcpReduce& kernel, double* sums, std::int32_t* histogram) const = 0;
   virtual void reduce_into(const kernels::IcpCorrection& kernel, double* sums) const = 0;
   virtual void integrate_listed(const kernels::Integrate& kernel, const std::int32_t* list, int count) const = 0;
 
  private:
-  Threads threads_;
+  ThreadPool threads_;
   const char* instruction_set_;
 };
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "backend/cpu/threads.h"
+#include "core/thread_pool.h"
 #include "kernels/lane.h"
 #include "kernels/raycast.h"
 
@@ -17,7 +17,7 @@ constexpr int kRowsPerChunk = 8;
 
 /// Calls kernel(x, y) for every pixel, a lane's width at a time.
 template <class F, class Kernel>
-PL_HD void for_each(const Threads& threads, int width, int height, const Kernel& kernel) {
+PL_HD void for_each(const ThreadPool& threads, int width, int height, const Kernel& kernel) {
   threads.run((height + kRowsPerChunk - 1) / kRowsPerChunk, [&](int chunk, int) {
     const Kernel own = kernel;
     const int end = (chunk + 1) * kRowsPerChunk < height ? (chunk + 1) * kRowsPerChunk : height;
@@ -29,7 +29,7 @@ PL_HD void for_each(const Threads& threads, int width, int height, const Kernel&
 
 /// The same by blocks of pixels.
 template <class F, class Kernel>
-PL_HD void for_each_block(const Threads& threads, int width, int height, const Kernel& kernel) {
+PL_HD void for_each_block(const ThreadPool& threads, int width, int height, const Kernel& kernel) {
   using Block = kernels::Block<F>;
   static_assert(kRowsPerChunk % Block::height == 0);
   threads.run((height + kRowsPerChunk - 1) / kRowsPerChunk, [&](int chunk, int) {
@@ -64,7 +64,7 @@ struct LaneSums {
 /// Sums the kernel's N slots over all pixels into `sums`, and its counts into `histogram` (`bins` entries). Partial
 /// sums are kept per chunk and folded in order, in double: the same bits for any number of threads.
 template <class F, int N, class Kernel>
-PL_HD void reduce(const Threads& threads, int width, int height, const Kernel& kernel, double* sums,
+PL_HD void reduce(const ThreadPool& threads, int width, int height, const Kernel& kernel, double* sums,
                   std::int32_t* histogram, int bins) {
   constexpr int kWidth = kernels::Lane<F>::width;
   const int chunks = (height + kRowsPerChunk - 1) / kRowsPerChunk;
@@ -134,7 +134,7 @@ struct LaneTiles {
 /// Between which depths the rays of each tile can meet a surface. Each worker has tiles of its own; folding them is a
 /// minimum and a maximum, which no order changes.
 template <class F>
-PL_HD void span_rays(const Threads& threads, const kernels::RaySpans& kernel) {
+PL_HD void span_rays(const ThreadPool& threads, const kernels::RaySpans& kernel) {
   const int tiles = kernel.spans.stride * kernel.spans.rows, rows = kernel.volume.bricks * kernel.volume.bricks;
   auto* scratch = static_cast<float*>(threads.scratch(
       0, 2 * sizeof(float) * static_cast<std::size_t>(tiles) * static_cast<std::size_t>(threads.count())));
@@ -168,7 +168,7 @@ constexpr int kBricksPerChunk = 16;
 
 /// Updates the listed bricks, first making sure that those without a surface get one.
 template <class F, class Kernel>
-PL_HD void for_each_brick(const Threads& threads, const Kernel& kernel, const std::int32_t* list, int count) {
+PL_HD void for_each_brick(const ThreadPool& threads, const Kernel& kernel, const std::int32_t* list, int count) {
   constexpr int kWidth = kernels::Lane<F>::width;
   threads.run((count + kBricksPerChunk - 1) / kBricksPerChunk, [&](int chunk, int) {
     const Kernel own = kernel;

@@ -16,7 +16,7 @@
 #include <new>
 
 #include "backend/cuda/launch.cuh"
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace cuda {

@@ -1,6 +1,6 @@
 // In the place of cuda.cu where the program is built without nvcc.
 #include "backend/cuda/cuda.h"
-#include "core/error.h"
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {

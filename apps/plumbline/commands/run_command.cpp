@@ -1,0 +1,161 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/arguments.h"
+#include "cli/backend_arguments.h"
+#include "cli/capture_arguments.h"
+#include "cli/commands.h"
+#include "cli/console.h"
+#include "cli/orientation_arguments.h"
+#include "cli/parameter_arguments.h"
+#include "cli/sequence_arguments.h"
+#include "plumbline/config.h"
+#include "plumbline/trajectory.h"
+#include "run/live_source.h"
+#include "run/reconstruction.h"
+#include "tracking/orientation_guide.h"
+
+namespace plumbline::app {
+namespace {
+
+constexpr std::string_view kLive = "live:";
+
+struct RunArguments {
+  SequenceArguments sequence;
+  ParameterArguments parameters;
+  OrientationArguments orientation;
+  CaptureArguments capture;
+  std::string output = "out", backend = "auto", initial_pose, groundtruth;
+  int threads = 0, max_frames = 0, stride = 1;
+  std::vector<int> pixel_use_frames, icp_frames;
+  bool realtime = false, no_mesh = false, no_report = false, quiet = false, print_config = false;
+  std::string command_line;
+};
+
+ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
+  ReconstructionOptions options;
+  options.sequence = arguments.sequence.path;
+  options.output = arguments.output;
+  options.input = sequence_options(arguments.sequence);
+  options.parameters = effective_parameters(arguments.parameters);
+  apply_sensor_model(arguments.orientation, &options.parameters.orientation);
+  options.backend = arguments.backend;
+  options.threads = arguments.threads;
+  options.max_frames = arguments.max_frames;
+  options.stride = arguments.stride;
+  options.realtime = arguments.realtime ? arguments.capture.speed : 0;
+  if (!arguments.initial_pose.empty()) options.initial_pose = parse_pose(arguments.initial_pose, "--initial-pose");
+  options.groundtruth = arguments.groundtruth;
+  options.mesh = !arguments.no_mesh;
+  options.report = !arguments.no_report;
+  options.pixel_use_frames = arguments.pixel_use_frames;
+  options.icp_frames = arguments.icp_frames;
+  options.quiet = arguments.quiet;
+  options.command_line = arguments.command_line;
+  return options;
+}
+
+void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) {
+  if (!arguments.orientation.path.empty())
+    throw UsageError("a file of orientations does not go with a live camera", "--orientation", "Give --imu.");
+  if (arguments.stride != 1) throw UsageError("a live run takes what comes", "--stride", "Leave it out.");
+  if (arguments.realtime) throw UsageError("a live run is in real time", "--realtime", "Leave it out.");
+  if (!arguments.orientation.imu_model.empty() || !arguments.orientation.quaternion.empty())
+    throw UsageError("these are of files of orientations, not of a sensor", "--imu-model, --quaternion",
+                     "Leave them out.");
+  const OrientationStreamOptions orientation = stream_options(arguments.orientation);
+  if (arguments.capture.imu != "none") options->orientation_source = arguments.capture.imu;
+  options->open_live = [arguments, orientation, input = options->input] {
+    return std::make_unique<LiveSource>(arguments.capture, input.color, input.intrinsics, arguments.max_frames,
+                                        orientation, input.depth_distortion);
+  };
+}
+
+int run(const RunArguments& arguments) {
+  ReconstructionOptions options = reconstruction_options(arguments);
+  if (arguments.print_config) {
+    validate(options.parameters);
+    say(to_toml(options.parameters));
+    return 0;
+  }
+  if (options.sequence.empty())
+    throw UsageError("no sequence was given", "plumbline run", "Give the folder of a sequence, or live:.");
+  const bool live = options.sequence == kLive;
+  if (live) {
+    set_up_live(arguments, &options);
+  } else {
+    if (arguments.realtime && arguments.capture.speed <= 0)
+      throw UsageError("real time needs a speed above 0", "--speed", "Give 1, or leave out --realtime.");
+    if (arguments.capture.imu != "none")
+      throw UsageError("a sensor is read in live runs alone", "--imu", "Run live:, or give --orientation FILE.");
+    options.orientation = load_orientation(arguments.orientation, &options.orientation_notes);
+    if (options.orientation && !options.orientation->options().convention.has_heading)
+      options.parameters.orientation.heading_sigma = kNoHeadingSigma;
+    options.orientation_source = describe(arguments.orientation);
+  }
+  const Reconstruction result = reconstruct(options);
+  // Ctrl-C is how a live run ends.
+  return result.signal == 0 || live ? 0 : 128 + result.signal;
+}
+
+void add_options(CLI::App& command, RunArguments& arguments) {
+  add_sequence_arguments(command, arguments.sequence, false);
+  add_parameter_arguments(command, arguments.parameters);
+  add_orientation_arguments(command, arguments.orientation);
+  add_capture_arguments(command, arguments.capture);
+  command.add_option("-o,--output", arguments.output, "Folder for the results, created if missing")
+      ->capture_default_str()
+      ->type_name("DIR");
+  add_backend_arguments(command, arguments.backend, arguments.threads);
+  command.add_option("--max-frames", arguments.max_frames, "Stop after so many frames, 0 for all")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->type_name("N");
+  command.add_option("--stride", arguments.stride, "Take every Nth frame")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str()
+      ->type_name("N");
+  command.add_flag("--realtime", arguments.realtime,
+                   "Play the sequence as its camera gave it, at --speed, and drop the frames that come too fast");
+  command
+      .add_option("--initial-pose", arguments.initial_pose, "Pose of the first camera in the world (default: identity)")
+      ->type_name("\"TX TY TZ QX QY QZ QW\"");
+  command
+      .add_option("--groundtruth", arguments.groundtruth,
+                  "Trajectory to evaluate against (default: the sequence's own)")
+      ->type_name("FILE");
+  command
+      .add_option("--dump-pixel-use", arguments.pixel_use_frames,
+                  "Paint why each pixel of this frame was or was not used")
+      ->check(CLI::NonNegativeNumber)
+      ->allow_extra_args(false)
+      ->type_name("FRAME");
+  command
+      .add_option("--dump-icp", arguments.icp_frames,
+                  "Write this frame's iterations: distance distribution, median, matched part, step, residual")
+      ->check(CLI::NonNegativeNumber)
+      ->allow_extra_args(false)
+      ->type_name("FRAME");
+  command.add_flag("--no-mesh", arguments.no_mesh, "Do not extract and write the mesh");
+  command.add_flag("--no-report", arguments.no_report, "Do not write report.html");
+  command.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
+  command.add_flag("--print-config", arguments.print_config, "Print every parameter with its value and help, and stop");
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, Command& chosen, const std::string& command_line) {
+  const auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = app.add_subcommand("run", "Reconstruct a sequence: trajectory, mesh and figures into a folder");
+  add_options(*command, *arguments);
+  command->footer(
+      "`plumbline run live:` reconstructs what a camera sees, from the devices of --depth and --imu.\n"
+      "Writes trajectory.txt, mesh.ply, frames.csv, config.toml, summary.json and report.html into DIR.\n"
+      "Ctrl-C finishes the current frame and writes everything; the exit code is then 130.");
+  arguments->command_line = command_line;
+  command->callback([arguments, &chosen] { chosen = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace plumbline::app

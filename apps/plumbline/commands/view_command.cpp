@@ -1,0 +1,147 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/console.h"
+#include "io/atomic_file.h"
+#include "io/mesh.h"
+#include "io/text_file.h"
+#include "io/trajectory.h"
+#include "plumbline/error.h"
+#include "plumbline/mesh.h"
+#include "report/report.h"
+
+namespace plumbline::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ViewArguments {
+  std::string what, output;
+  bool no_open = false;
+};
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+/// Where pages of meshes lie until the next one of that name: the user's cache, or the folder for temporary files.
+fs::path cached_page(const fs::path& mesh) {
+  const std::string cache = environment("XDG_CACHE_HOME"), home = environment("HOME");
+  fs::path folder = !cache.empty() ? fs::path(cache) : !home.empty() ? fs::path(home) / ".cache" : fs::path();
+  const std::string name = mesh.stem().string() + ".html";
+  try {
+    if (folder.empty()) throw Error("no home", "HOME", "");
+    folder = folder / "plumbline" / "view";
+    ensure_directory(folder.string());
+    return folder / name;
+  } catch (const Error&) {
+    folder = fs::temp_directory_path() / fmt::format("plumbline-view-{}", getuid());
+    ensure_directory(folder.string());
+    return folder / name;
+  }
+}
+
+std::string extent_text(const Mesh& mesh) {
+  if (mesh.positions.empty()) return "nothing";
+  Eigen::Vector3f low(mesh.positions[0].x, mesh.positions[0].y, mesh.positions[0].z), high = low;
+  for (const Mesh::Float3& p : mesh.positions) {
+    low = low.cwiseMin(Eigen::Vector3f(p.x, p.y, p.z));
+    high = high.cwiseMax(Eigen::Vector3f(p.x, p.y, p.z));
+  }
+  const Eigen::Vector3f size = high - low;
+  return fmt::format("{:.2f} × {:.2f} × {:.2f} m", size.x(), size.y(), size.z());
+}
+
+/// A page of a mesh alone, with the path that lies beside it, if one does.
+std::string write_mesh_page(const fs::path& path, const std::string& output) {
+  const Mesh mesh = read_mesh(path.string());
+  Report report;
+  report.title = path.filename().string();
+  report.mesh = &mesh;
+  report.facts = {{"Triangles", grouped(mesh.triangles.size()), ""},
+                  {"Vertices", grouped(mesh.positions.size()), ""},
+                  {"Extent", extent_text(mesh), "along x, y, z"}};
+  report.details = {{"File", path.string(), ""}, {"Version", std::string("Plumbline ") + PLUMBLINE_VERSION, ""}};
+  const fs::path trajectory = path.parent_path() / "trajectory.txt";
+  if (fs::exists(trajectory)) report.path = read_trajectory(trajectory.string());
+  const std::string page = output.empty() ? cached_page(path).string() : output;
+  write_report(page, report);
+  return page;
+}
+
+std::string copied(const fs::path& page, const std::string& output) {
+  if (output.empty()) return page.string();
+  AtomicFile file(output);
+  file.write(read_file(page.string()));
+  file.commit();
+  return output;
+}
+
+/// The page that shows `what`: the report of a run's folder, or a new page of a mesh.
+std::string page_of(const ViewArguments& arguments) {
+  const fs::path path(arguments.what);
+  if (!fs::is_directory(path)) {
+    if (path.extension() == ".html") return copied(path, arguments.output);
+    return write_mesh_page(path, arguments.output);
+  }
+  if (fs::exists(path / "report.html")) return copied(path / "report.html", arguments.output);
+  if (fs::exists(path / "mesh.ply")) return write_mesh_page(path / "mesh.ply", arguments.output);
+  throw Error("there is neither a report.html nor a mesh.ply", arguments.what,
+              "Give the folder that `plumbline run` has written, or a mesh.");
+}
+
+/// Hands the page to the desktop's browser. Throws Error where there is none.
+void open_in_browser(const std::string& page) {
+  const std::string advice = "Open the file in a browser, here or on another machine; --no-open only writes it.";
+  if (environment("DISPLAY").empty() && environment("WAYLAND_DISPLAY").empty() && environment("BROWSER").empty())
+    throw Error("there is no display to open a browser on", page, advice);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  std::string program = "xdg-open", file = fs::absolute(page).string();
+  char* words[] = {program.data(), file.data(), nullptr};
+  pid_t pid = 0;
+  const int error = posix_spawnp(&pid, program.c_str(), &actions, nullptr, words, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) throw Error("xdg-open cannot be started", page, "Install xdg-utils. " + advice);
+  int status = 0;
+  waitpid(pid, &status, 0);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw Error("xdg-open found no browser for it", page, advice);
+}
+
+int view(const ViewArguments& arguments) {
+  const std::string page = page_of(arguments);
+  say("{}", page);
+  if (!arguments.no_open) open_in_browser(page);
+  return 0;
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app, Command& chosen) {
+  const auto arguments = std::make_shared<ViewArguments>();
+  CLI::App* command = app.add_subcommand("view", "Look at a run or a mesh in the browser");
+  command->add_option("what", arguments->what, "Folder of a run, or a PLY or OBJ file")
+      ->required()
+      ->type_name("DIR|MESH");
+  command->add_option("-o,--output", arguments->output, "Write the page here (default: a mesh's into the user's cache)")
+      ->type_name("FILE");
+  command->add_flag("--no-open", arguments->no_open, "Only write the page and say where");
+  command->callback([arguments, &chosen] { chosen = [arguments] { return view(*arguments); }; });
+}
+
+}  // namespace plumbline::app

@@ -1,0 +1,44 @@
+#include "run/frame_source.h"
+
+#include <utility>
+
+#include "cli/sequence_text.h"
+
+namespace plumbline::app {
+
+std::vector<int> chosen_frames(const Sequence& sequence, int max_frames, int stride) {
+  std::vector<int> indices;
+  for (int i = 0; i < sequence.size(); i += stride) {
+    if (max_frames > 0 && static_cast<int>(indices.size()) == max_frames) break;
+    indices.push_back(i);
+  }
+  return indices;
+}
+
+FileSource::FileSource(std::unique_ptr<Sequence> sequence, std::vector<int> indices, const OrientationStream* stream,
+                       std::vector<std::string> stream_lines)
+    : sequence_(std::move(sequence)),
+      total_(static_cast<int>(indices.size())),
+      stream_(stream),
+      stream_lines_(std::move(stream_lines)),
+      reader_(*sequence_, std::move(indices)) {}
+
+std::vector<std::string> FileSource::describe() const {
+  std::vector<std::string> lines = app::describe(*sequence_);
+  lines.insert(lines.end(), stream_lines_.begin(), stream_lines_.end());
+  return lines;
+}
+
+std::optional<Frame> FileSource::next(const std::function<bool()>& stopping) {
+  if (stopping()) return std::nullopt;
+  std::optional<Frame> frame = reader_.next();
+  if (frame && stream_ != nullptr) reading_ = add_orientation(*stream_, &*frame);
+  return frame;
+}
+
+std::optional<OrientationStreamOptions> FileSource::orientation() const {
+  if (stream_ == nullptr) return std::nullopt;
+  return stream_->options();
+}
+
+}  // namespace plumbline::app

@@ -1,0 +1,77 @@
+// Where the frames of a run come from: files, or devices.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/prefetch.h"
+#include "plumbline/frame.h"
+#include "plumbline/sequence.h"
+#include "sensor/orientation_stream.h"
+
+namespace plumbline::app {
+
+/// Of one frame, milliseconds: what the run waited for the reader, and what the reader's thread worked on it.
+struct ReadTimes {
+  double wait = 0, decode = 0;
+};
+
+/// What a live run got from its camera, and could not keep up with.
+struct LiveCounts {
+  std::uint64_t captured = 0, dropped = 0;
+};
+
+/// Every `stride`-th frame of a sequence, `max_frames` at most; 0: no limit.
+std::vector<int> chosen_frames(const Sequence& sequence, int max_frames, int stride = 1);
+
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  virtual SequenceInfo info() const = 0;
+  /// Lines of "name  value" for people.
+  virtual std::vector<std::string> describe() const = 0;
+  virtual bool has_color() const = 0;
+  /// How many frames there will be; negative if nobody knows.
+  virtual int total() const = 0;
+  /// The next frame with its orientation, if it has one; nothing after the last, or once `stopping` says so.
+  virtual std::optional<Frame> next(const std::function<bool()>& stopping) = 0;
+  virtual ReadTimes read_times() const = 0;
+  /// Of the last frame; none without a sensor.
+  virtual std::optional<OrientationReading> reading() const = 0;
+  /// How the sensor's readings are taken; none without a sensor.
+  virtual std::optional<OrientationStreamOptions> orientation() const = 0;
+  virtual std::optional<LiveCounts> live() const { return std::nullopt; }
+  /// What happened since the last call, a sentence each.
+  virtual std::vector<std::string> take_messages() { return {}; }
+};
+
+/// Frames of a sequence, decoded ahead, with the orientation of a stream.
+class FileSource : public FrameSource {
+ public:
+  /// `stream` may be null and must outlive the source; `stream_lines` describe it.
+  FileSource(std::unique_ptr<Sequence> sequence, std::vector<int> indices, const OrientationStream* stream,
+             std::vector<std::string> stream_lines);
+
+  SequenceInfo info() const override { return sequence_->info(); }
+  std::vector<std::string> describe() const override;
+  bool has_color() const override { return sequence_->info().color_frames > 0; }
+  int total() const override { return total_; }
+  std::optional<Frame> next(const std::function<bool()>& stopping) override;
+  ReadTimes read_times() const override { return {reader_.wait_milliseconds(), reader_.decode_milliseconds()}; }
+  std::optional<OrientationReading> reading() const override { return reading_; }
+  std::optional<OrientationStreamOptions> orientation() const override;
+
+ private:
+  std::unique_ptr<Sequence> sequence_;
+  int total_;
+  const OrientationStream* stream_;
+  std::vector<std::string> stream_lines_;
+  std::optional<OrientationReading> reading_;
+  Prefetcher reader_;  // last: it reads from the sequence
+};
+
+}  // namespace plumbline::app

@@ -1,0 +1,30 @@
+#include "run/orientation_check.h"
+
+namespace plumbline::app {
+namespace {
+
+constexpr std::size_t kSpanFrames = 10;      // between the frames of a pair
+constexpr std::size_t kFirstJudgement = 30;  // pairs; a second at 30 Hz
+constexpr std::size_t kLastJudgement = 300;
+
+}  // namespace
+
+std::optional<std::string> OrientationCheck::observe(const FrameReport& report, const OrientationReading& reading) {
+  if (done_ || report.tracking.status == TrackingStatus::lost) return std::nullopt;
+  if (reading.status != OrientationStatus::ok) return std::nullopt;
+  recent_.push_back({report.world_from_camera.rotation(), reading.earth_from_body});
+  if (recent_.size() <= kSpanFrames) return std::nullopt;
+  const Tracked& then = recent_.front();
+  pairs_.push_back({then.world_from_camera.transpose() * report.world_from_camera.rotation(), then.earth_from_body,
+                    reading.earth_from_body});
+  recent_.pop_front();
+  if (pairs_.size() < kFirstJudgement || pairs_.size() % kFirstJudgement != 0) return std::nullopt;
+
+  const ConventionCheck check = check_convention(pairs_, declared_.convention, declared_.body_from_camera);
+  done_ = check.verdict != ConventionVerdict::too_little_motion || pairs_.size() >= kLastJudgement;
+  if (check.verdict == ConventionVerdict::another_fits || check.verdict == ConventionVerdict::none_fits)
+    return check.message;
+  return std::nullopt;
+}
+
+}  // namespace plumbline::app

@@ -1,0 +1,82 @@
+// A whole run: sequence in, folder of results out. What `plumbline run` and `plumbline demo` share.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/depth_calibration.h"
+#include "plumbline/evaluation.h"
+#include "plumbline/mesh.h"
+#include "plumbline/parameters.h"
+#include "plumbline/pipeline.h"
+#include "plumbline/se3.h"
+#include "plumbline/sequence.h"
+#include "plumbline/trajectory.h"
+#include "run/frame_source.h"
+#include "sensor/orientation_stream.h"
+
+namespace plumbline::app {
+
+struct ReconstructionOptions {
+  std::string sequence;
+  std::string output;  ///< folder; created, files in it replaced whole
+  SequenceOptions input;
+  Parameters parameters;
+  std::string backend = "auto";
+  int threads = 0;     ///< 0 = all cores
+  int max_frames = 0;  ///< 0 = no limit; counted after `stride`
+  int stride = 1;
+  double realtime = 0;      ///< play the sequence at so many times its speed and drop what comes too fast; 0 = wait
+  SE3 initial_pose;         ///< world_from_camera of the first frame
+  std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
+  bool mesh = true;
+  bool report = true;  ///< write report.html, if this program can
+  std::optional<OrientationStream> orientation;
+  std::string orientation_source;              ///< in words, for the summary
+  std::vector<std::string> orientation_notes;  ///< what was odd about its file
+  std::vector<int> pixel_use_frames;           ///< frames whose pixels' use is painted, by their index in the sequence
+  std::vector<int> icp_frames;                 ///< frames whose iterations are written, by their index in the sequence
+  std::function<std::unique_ptr<FrameSource>()> open_live;  ///< in place of `sequence`, `input` and `orientation`
+  bool quiet = false;
+  std::string command_line;  ///< for the summary
+};
+
+/// What a run did; the files in the output folder say the same.
+struct Reconstruction {
+  SequenceInfo sequence;
+  Parameters parameters;
+  std::string backend;  ///< in words
+  std::string command_line;
+  std::vector<FrameReport> frames;              ///< every frame that was processed
+  std::vector<ReadTimes> reads;                 ///< one a frame
+  Trajectory trajectory;                        ///< of the tracked frames
+  Mesh mesh;                                    ///< empty if none was asked for
+  SE3 world_from_volume;                        ///< of the volume's corner
+  double volume_side = 0;                       ///< metres
+  std::string orientation;                      ///< source in words, or empty
+  std::string orientation_message;              ///< what the user should know about the readings, or empty
+  std::optional<DepthCalibrationResult> depth;  ///< the distortion that this run found and took out
+  double depth_seconds = 0;                     ///< that finding it took
+  std::string groundtruth;                      ///< path, or empty
+  Trajectory truth;                             ///< its poses, or empty
+  std::optional<eval::AbsoluteError> ate;
+  std::string ate_note;            ///< why there is no `ate` although there is a ground truth
+  std::optional<LiveCounts> live;  ///< of a live run
+  double wall_seconds = 0;
+  std::vector<std::string> icp_traces;  ///< what was written for `icp_frames`, JSON
+  std::string failure;                  ///< message of what ended the run early, or empty
+  std::string report;                   ///< path of report.html, or empty if there is none
+  int signal = 0;                       ///< that ended the run early, or 0
+
+  int tracked() const { return static_cast<int>(trajectory.size()); }
+  int lost() const { return static_cast<int>(frames.size() - trajectory.size()); }
+};
+
+/// Ctrl-C finishes the current frame; what was reached is written. If a frame cannot be read, what was reached is
+/// written too, and then the Error is thrown.
+Reconstruction reconstruct(const ReconstructionOptions& options);
+
+}  // namespace plumbline::app

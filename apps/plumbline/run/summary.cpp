@@ -1,0 +1,217 @@
+#include "run/summary.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "cli/console.h"
+#include "core/median.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/trajectory.h"
+
+namespace plumbline::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Median of a figure of every element.
+template <class T, class Figure>
+double median_of(const std::vector<T>& list, Figure&& figure) {
+  std::vector<double> values;
+  values.reserve(list.size());
+  for (const T& element : list) values.push_back(figure(element));
+  return median(std::move(values));
+}
+
+std::vector<int> lost_frames(const Reconstruction& run) {
+  std::vector<int> lost;
+  for (const FrameReport& frame : run.frames)
+    if (frame.tracking.status == TrackingStatus::lost) lost.push_back(frame.index);
+  return lost;
+}
+
+Json sequence_json(const SequenceInfo& info) {
+  return {{"path", info.path},
+          {"format", info.format},
+          {"frames", info.frames},
+          {"color_frames", info.color_frames},
+          {"depth_scale", info.depth_scale},
+          {"depth_scale_source", info.depth_scale_source},
+          {"notes", info.notes}};
+}
+
+Json depth_json(const Reconstruction& run) {
+  if (!run.depth) return {};
+  return {{"rms_per_m", run.depth->distortion.rms()},
+          {"pairs", run.depth->pairs},
+          {"before_per_m", run.depth->before},
+          {"after_per_m", run.depth->after},
+          {"seconds", run.depth_seconds}};
+}
+
+Json camera_json(const SequenceInfo& info) {
+  const Pinhole& k = info.camera;
+  const Distortion& d = info.distortion;
+  return {{"width", k.width},
+          {"height", k.height},
+          {"fx", k.fx},
+          {"fy", k.fy},
+          {"cx", k.cx},
+          {"cy", k.cy},
+          {"distortion", {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6}},
+          {"source", info.camera_source}};
+}
+
+Json ate_json(const Reconstruction& run) {
+  if (run.groundtruth.empty()) return nullptr;
+  Json json = {{"groundtruth", run.groundtruth}};
+  if (!run.ate) {
+    json["note"] = run.ate_note;
+    return json;
+  }
+  const eval::Statistics& s = run.ate->translation;
+  json.update({{"pairs", s.count},
+               {"rmse_m", s.rmse},
+               {"mean_m", s.mean},
+               {"median_m", s.median},
+               {"std_m", s.std},
+               {"max_m", s.max}});
+  return json;
+}
+
+Json volume_json(const Reconstruction& run) {
+  const Eigen::Vector3d t = run.world_from_volume.translation();
+  const Eigen::Quaterniond q = run.world_from_volume.quaternion();
+  return {{"resolution", (run.parameters.volume.resolution + 7) / 8 * 8},
+          {"side_m", run.volume_side},
+          {"world_from_volume", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}}};
+}
+
+Json milliseconds_json(const Reconstruction& run) {
+  const StageMedians ms = stage_medians(run);
+  return {{"wait", ms.wait},   {"decode", ms.decode},       {"preprocess", ms.preprocess},
+          {"track", ms.track}, {"integrate", ms.integrate}, {"raycast", ms.raycast},
+          {"total", ms.total}};
+}
+
+std::ptrdiff_t frames_with(const Reconstruction& run, OrientationUse use) {
+  return std::count_if(run.frames.begin(), run.frames.end(),
+                       [&](const FrameReport& frame) { return frame.orientation == use; });
+}
+
+/// In how many frames the sensor was used, and why not in the others.
+Json orientation_json(const Reconstruction& run) {
+  if (run.orientation.empty()) return nullptr;
+  const auto count = [&](OrientationUse use) { return frames_with(run, use); };
+  return {{"source", run.orientation},
+          {"used", count(OrientationUse::used)},
+          {"missing", count(OrientationUse::missing)},
+          {"distrusted", count(OrientationUse::distrusted)},
+          {"dropped", count(OrientationUse::dropped)},
+          {"message", run.orientation_message.empty() ? Json() : Json(run.orientation_message)}};
+}
+
+Json live_json(const Reconstruction& run) {
+  if (!run.live) return nullptr;
+  return {{"captured", run.live->captured}, {"dropped", run.live->dropped}};
+}
+
+/// ICP iterations of a registered frame, over all levels.
+double mean_iterations(const Reconstruction& run) {
+  int iterations = 0, registered = 0;
+  for (const FrameReport& frame : run.frames) {
+    for (const int n : frame.tracking.iterations) iterations += n;
+    registered += !frame.tracking.iterations.empty();
+  }
+  return static_cast<double>(iterations) / std::max(1, registered);
+}
+
+}  // namespace
+
+StageMedians stage_medians(const Reconstruction& run) {
+  const auto stage = [&](auto&& figure) {
+    return median_of(run.frames, [&](const FrameReport& frame) { return figure(frame.milliseconds); });
+  };
+  return {median_of(run.reads, [](const ReadTimes& read) { return read.wait; }),
+          median_of(run.reads, [](const ReadTimes& read) { return read.decode; }),
+          stage([](const StageTimes& ms) { return ms.preprocess; }),
+          stage([](const StageTimes& ms) { return ms.track; }),
+          stage([](const StageTimes& ms) { return ms.integrate; }),
+          stage([](const StageTimes& ms) { return ms.raycast; }),
+          stage([](const StageTimes& ms) { return ms.total(); })};
+}
+
+double path_length(const Trajectory& trajectory) {
+  double length = 0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i)
+    length +=
+        (trajectory[i].world_from_camera.translation() - trajectory[i - 1].world_from_camera.translation()).norm();
+  return length;
+}
+
+double peak_memory_mebibytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts in KiB
+}
+
+std::string summary_json(const Reconstruction& run) {
+  const auto frames = static_cast<double>(run.frames.size());
+  const Json json = {
+      {"plumbline", PLUMBLINE_VERSION},
+      {"command", run.command_line},
+      {"sequence", sequence_json(run.sequence)},
+      {"camera", camera_json(run.sequence)},
+      {"depth_calibration", depth_json(run)},
+      {"volume", volume_json(run)},
+      {"backend", run.backend},
+      {"frames", run.frames.size()},
+      {"tracked", run.tracked()},
+      {"lost", run.lost()},
+      {"lost_frames", lost_frames(run)},
+      {"live", live_json(run)},
+      {"interrupted", run.signal != 0},
+      {"error", run.failure.empty() ? Json() : Json(run.failure)},
+      {"path_length_m", path_length(run.trajectory)},
+      {"orientation", orientation_json(run)},
+      {"mean_iterations", mean_iterations(run)},
+      {"ate", ate_json(run)},
+      {"mesh", {{"vertices", run.mesh.positions.size()}, {"triangles", run.mesh.triangles.size()}}},
+      {"median_ms", milliseconds_json(run)},
+      {"wall_s", run.wall_seconds},
+      {"frames_per_s", run.wall_seconds > 0 ? frames / run.wall_seconds : 0},
+      {"peak_memory_mib", peak_memory_mebibytes()},
+  };
+  // Paths may hold bytes that are not UTF-8, which JSON cannot.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::vector<std::string> summary_text(const Reconstruction& run) {
+  const StageMedians ms = stage_medians(run);
+  std::vector<std::string> lines = {fmt::format("tracked    {} of {} frames, {} lost; {:.2f} m of path", run.tracked(),
+                                                run.frames.size(), run.lost(), path_length(run.trajectory))};
+  if (run.live)
+    lines.push_back(fmt::format("camera     {} frames, {} of them dropped for lack of time", run.live->captured,
+                                run.live->dropped));
+  if (!run.orientation.empty())
+    lines.push_back(fmt::format("sensor     used in {} frames", frames_with(run, OrientationUse::used)));
+  if (run.ate)
+    lines.push_back(fmt::format("ATE        {:.4f} m rmse, {:.4f} m median, {:.4f} m max over {} pairs",
+                                run.ate->translation.rmse, run.ate->translation.median, run.ate->translation.max,
+                                run.ate->translation.count));
+  else if (!run.ate_note.empty())
+    lines.push_back("ATE        not known: " + run.ate_note);
+  lines.push_back(
+      fmt::format("time       {} in all; median a frame {:.1f} ms (preprocess {:.1f}, track {:.1f}, "
+                  "integrate {:.1f}, raycast {:.1f})",
+                  duration_text(run.wall_seconds), ms.total, ms.preprocess, ms.track, ms.integrate, ms.raycast));
+  if (!run.mesh.triangles.empty())
+    lines.push_back(
+        fmt::format("mesh       {} vertices, {} triangles", run.mesh.positions.size(), run.mesh.triangles.size()));
+  lines.push_back(fmt::format("memory     {:.0f} MiB at the peak", peak_memory_mebibytes()));
+  return lines;
+}
+
+}  // namespace plumbline::app

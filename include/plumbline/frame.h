@@ -1,0 +1,23 @@
+// What a sequence delivers.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "plumbline/image.h"
+#include "plumbline/time.h"
+
+namespace plumbline {
+
+/// One depth frame, undistorted, with its colour image where the sequence has one.
+struct Frame {
+  int index = 0;              ///< position in the sequence, counted before --stride
+  Nanoseconds time = 0;       ///< of the *depth* image
+  DepthImage depth;           ///< raw readings, 0 = none
+  double depth_scale = 5000;  ///< readings per metre
+  ColorImage color;           ///< empty, or registered to the depth image (same size and intrinsics)
+  /// Measured orientation of the camera at `time`, earth axes (x east, y north, z up); empty without a sensor.
+  std::optional<Eigen::Matrix3d> earth_from_camera = {};
+};
+
+}  // namespace plumbline

@@ -1,0 +1,33 @@
+// Raw readings of an inertial sensor.
+//
+// Frame: B the sensor's body, whose axes all three sensors share.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "plumbline/orientation.h"
+#include "plumbline/time.h"
+
+namespace plumbline {
+
+struct ImuSample {
+  Nanoseconds time = 0;
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();    ///< rad/s, body axes; zero without a gyroscope
+  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();  ///< m/s², body axes: at rest 9.8 upwards
+  std::optional<Eigen::Vector3d> magnetic_field = {};        ///< µT, body axes; empty where there is no reading
+};
+
+/// Ordered by time, each stamp once.
+struct ImuRecording {
+  std::vector<ImuSample> samples;
+  bool has_gyroscope = true;
+  bool has_magnetometer = false;
+  /// Orientations of an optical system where the file has them, earth_from_body; only those that are to be evaluated.
+  std::vector<OrientationSample> reference = {};
+  /// The body axes are those of the Kinect's own accelerometer (TUM's `accelerometer.txt`).
+  bool kinect_axes = false;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,74 @@
+// From frames to trajectory and model: the whole of KinectFusion in the paper's order.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "plumbline/backend.h"
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/parameters.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "plumbline/time.h"
+#include "plumbline/tracking.h"
+
+namespace plumbline {
+
+/// Wall time of the stages of one frame, milliseconds.
+struct StageTimes {
+  double preprocess = 0, track = 0, integrate = 0, raycast = 0;
+  double total() const { return preprocess + track + integrate + raycast; }
+};
+
+/// What became of one frame.
+struct FrameReport {
+  int index = 0;
+  Nanoseconds time = 0;
+  TrackingResult tracking;  ///< status, reason, iterations, inliers, residuals
+  SE3 world_from_camera;    ///< the estimate; for a lost frame the last pose that was believed
+  OrientationUse orientation = OrientationUse::off;
+  int starts = 1;                   ///< poses that registration was begun from
+  double seed_angle = 0;            ///< radians from the last pose to the seed, the best of them
+  double seed_to_result_angle = 0;  ///< radians from the seed to the estimate
+  StageTimes milliseconds;
+};
+
+/// What `Pipeline::process` may be asked to keep of a frame. All stays empty for a frame that was not registered.
+struct FrameDiagnostics {
+  bool want_pixel_use = false, want_iterations = false;
+  /// Why each pixel was or was not used at the finest tracked level, at the final estimate (`kernels::PixelUse`).
+  Image<std::uint8_t> pixel_use;
+  std::vector<IcpIteration> iterations;
+};
+
+/// One reconstruction. Not thread-safe; several may live side by side.
+class Pipeline {
+ public:
+  /// `backend` must outlive the pipeline. The world frame is the first camera's, unless `initial_pose`
+  /// (world_from_camera of the first frame) says otherwise. Memory for the volume is asked for here, once.
+  /// Throws Error for parameters that contradict each other, std::bad_alloc if the volume does not fit.
+  Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend, const SE3& initial_pose = SE3(),
+           bool with_color = false);
+  ~Pipeline();
+
+  /// Tracks, fuses and predicts. Never throws for a frame that cannot be tracked: that is a status in the report, the
+  /// frame is not fused and the model is kept. Throws Error if the frame's size is not the camera's, or if the volume
+  /// is to be fitted to a first frame that has too few readings.
+  FrameReport process(const Frame& frame, FrameDiagnostics* diagnostics = nullptr);
+
+  /// The surface so far, world frame, metres.
+  Mesh extract_mesh() const;
+
+  /// Pose and extent of the volume; the pose is set with the first frame.
+  SE3 world_from_volume() const;
+  double volume_side() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,203 @@
+#include "map/volume.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "plumbline/error.h"
+#include "plumbline/image.h"
+#include "plumbline/pinhole.h"
+
+namespace plumbline {
+namespace {
+
+// A mesh's model pyramid keeps 2×2 blocks whose depths differ by less than this: wider, and they span an edge.
+constexpr float kModelDecimationRange = 0.09f;
+
+int round_up(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+template <class T>
+T* pointer(const Buffer& buffer) {
+  return static_cast<T*>(buffer.get());
+}
+
+/// The middle 96 % of the values on each axis: a few stray readings do not decide.
+std::pair<double, double> robust_range(std::vector<double>& values) {
+  const std::size_t cut = values.size() / 50;
+  const auto low = values.begin() + static_cast<std::ptrdiff_t>(cut);
+  const auto high = values.end() - 1 - static_cast<std::ptrdiff_t>(cut);
+  std::nth_element(values.begin(), low, values.end());
+  const double least = *low;
+  std::nth_element(values.begin(), high, values.end());
+  return {least, *high};
+}
+
+VolumePlacementResult fit_volume(const VolumeParameters& parameters, const Pinhole& camera,
+                                 const SE3& world_from_camera, const Image<float>& depth) {
+  constexpr int kStep = 4;
+  constexpr double kMargin = 1.25;
+  std::array<std::vector<double>, 3> values;
+  for (int v = 0; v < depth.height; v += kStep) {
+    for (int u = 0; u < depth.width; u += kStep) {
+      if (!(depth.at(u, v) > 0)) continue;
+      const Vec3<float> p = camera.back_project(static_cast<float>(u), static_cast<float>(v), depth.at(u, v));
+      values[0].push_back(p.x);
+      values[1].push_back(p.y);
+      values[2].push_back(p.z);
+    }
+  }
+  if (values[0].size() < 100)
+    throw Error("the first frame has too few readings to fit the volume to", "volume.placement",
+                "give the volume with --set volume.placement=front --set volume.side=METRES");
+  Eigen::Vector3d centre;
+  double extent = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = robust_range(values[static_cast<std::size_t>(axis)]);
+    centre[axis] = 0.5 * (low + high);
+    extent = std::max(extent, high - low);
+  }
+  const double side = std::min(parameters.side, kMargin * extent + 2 * parameters.truncation);
+  const SE3 camera_from_volume(Eigen::Matrix3d::Identity(), centre - Eigen::Vector3d::Constant(0.5 * side));
+  return {world_from_camera * camera_from_volume, side};
+}
+
+}  // namespace
+
+VolumePlacementResult place_volume(const VolumeParameters& parameters, const Pinhole& camera,
+                                   const SE3& world_from_camera, const Image<float>& depth) {
+  if (parameters.placement == VolumePlacement::fit) return fit_volume(parameters, camera, world_from_camera, depth);
+  const double side = parameters.side;
+  if (parameters.placement == VolumePlacement::given) {
+    const std::vector<double>& p = parameters.pose;  // seven values: core/config.cpp checks
+    return {SE3(Eigen::Quaterniond(p.at(6), p.at(3), p.at(4), p.at(5)), {p.at(0), p.at(1), p.at(2)}), side};
+  }
+  const SE3 camera_from_volume(Eigen::Matrix3d::Identity(), {-0.5 * side, -0.5 * side, parameters.offset * side});
+  return {world_from_camera * camera_from_volume, side};
+}
+
+Volume::Volume(const VolumeParameters& parameters, const Pinhole& camera, const Backend& backend, bool with_color)
+    : backend_(&backend), parameters_(parameters) {
+  view_.bricks = round_up(parameters.resolution, kernels::kBrickSide) / kernels::kBrickSide;
+  view_.brick_stride = round_up(view_.bricks, 16);
+  view_.truncation = static_cast<float>(parameters.truncation);
+  const auto slots = static_cast<std::size_t>(brick_slots());
+  const std::size_t bytes = slots * kernels::kBrickVoxels * sizeof(std::int32_t);
+  voxels_ = backend.allocate(bytes);
+  if (with_color) colors_ = backend.allocate(bytes);
+  occupied_ = backend.allocate((slots + 16) * sizeof(std::int32_t));
+  marked_ = backend.allocate((slots + 16) * sizeof(std::int32_t));
+  list_ = backend.allocate(slots * sizeof(std::int32_t));
+  listed_ = backend.allocate(sizeof(std::int32_t));
+  view_.voxels = pointer<std::int32_t>(voxels_);
+  view_.colors = pointer<std::int32_t>(colors_);
+  view_.occupied = pointer<std::int32_t>(occupied_);
+  make_depth_range(camera);
+  place({SE3(), parameters.side});
+}
+
+void Volume::place(const VolumePlacementResult& placement) {
+  world_from_volume_ = placement.world_from_volume;
+  view_.voxel_size = static_cast<float>(placement.side / view_.resolution());
+  const auto slots = static_cast<std::size_t>(brick_slots());
+  if (frames_ > 0) {  // fresh memory is zero and must not be touched: untouched pages cost nothing
+    backend_->clear(view_.voxels, slots * kernels::kBrickVoxels * sizeof(std::int32_t));
+    if (view_.colors != nullptr) backend_->clear(view_.colors, slots * kernels::kBrickVoxels * sizeof(std::int32_t));
+    backend_->clear(view_.occupied, slots * sizeof(std::int32_t));
+  }
+  frames_ = 0;
+  backend_->clear(listed_.get(), sizeof(std::int32_t));
+}
+
+void Volume::make_depth_range(const Pinhole& camera) {
+  int columns = (camera.width + kernels::kRangeTile - 1) / kernels::kRangeTile;
+  int rows = (camera.height + kernels::kRangeTile - 1) / kernels::kRangeTile;
+  int total = 0;
+  for (;;) {
+    const RangeLevel level{total, columns, rows, round_up(columns, 16)};
+    range_levels_.push_back(level);
+    total += level.stride * rows;
+    if (columns == 1 && rows == 1) break;
+    columns = (columns + 1) / 2;
+    rows = (rows + 1) / 2;
+  }
+  range_nearest_ = backend_->allocate(static_cast<std::size_t>(total) * sizeof(float));
+  range_farthest_ = backend_->allocate(static_cast<std::size_t>(total) * sizeof(float));
+  std::vector<std::int32_t> first, stride;
+  for (const RangeLevel& level : range_levels_) {
+    first.push_back(level.first);
+    stride.push_back(level.stride);
+  }
+  const std::size_t bytes = first.size() * sizeof(std::int32_t);
+  range_first_ = backend_->allocate(bytes);
+  range_stride_ = backend_->allocate(bytes);
+  backend_->upload(range_first_.get(), first.data(), bytes);
+  backend_->upload(range_stride_.get(), stride.data(), bytes);
+  range_ = {pointer<float>(range_nearest_), pointer<float>(range_farthest_), pointer<std::int32_t>(range_first_),
+            pointer<std::int32_t>(range_stride_), static_cast<int>(range_levels_.size())};
+}
+
+int Volume::bricks_updated() const {
+  std::int32_t count = 0;
+  backend_->download(&count, listed_.get(), sizeof count);
+  return count;
+}
+
+void Volume::measure_depth_range(const Plane<float>& depth) const {
+  const RangeLevel& base = range_levels_.front();
+  backend_->run(kernels::DepthRangeBase{read_only(depth), range_, base.stride}, base.rows);
+  for (std::size_t i = 1; i < range_levels_.size(); ++i) {
+    const RangeLevel &fine = range_levels_[i - 1], &level = range_levels_[i];
+    backend_->run(kernels::DepthRangeCoarser{range_, fine.first, fine.stride, fine.rows, level.first, level.stride},
+                  level.stride, level.rows);
+  }
+}
+
+void Volume::integrate(const Plane<float>& depth, const Plane<std::int32_t>* color, const Pinhole& camera,
+                       const SE3& world_from_camera) {
+  const RigidTransform camera_from_volume = to_kernel(world_from_camera.inverse() * world_from_volume_);
+  measure_depth_range(depth);
+  backend_->run(kernels::MarkBricks{view_, range_, camera, camera_from_volume, pointer<std::int32_t>(marked_)});
+  const PlaneView<const std::int32_t> colors = color != nullptr ? read_only(*color) : PlaneView<const std::int32_t>{};
+  const kernels::Integrate kernel{view_,  read_only(depth),   colors,
+                                  camera, camera_from_volume, static_cast<float>(parameters_.max_weight)};
+  backend_->integrate_marked(kernel, pointer<std::int32_t>(marked_), brick_slots(), pointer<std::int32_t>(list_),
+                             pointer<std::int32_t>(listed_));
+  ++frames_;
+}
+
+/// Where the rays of each tile can meet a surface at all.
+kernels::RaySpanView Volume::span_rays(const SE3& world_from_camera, const Pinhole& camera, float min_distance) const {
+  const auto tiles_along = [](int pixels) { return (pixels + kernels::kRayTile - 1) / kernels::kRayTile; };
+  kernels::RaySpanView spans;
+  spans.columns = tiles_along(camera.width);
+  spans.rows = tiles_along(camera.height);
+  spans.stride = round_up(spans.columns + 1, 16);  // a lane may begin in the last tile and end beyond it
+  const std::size_t tiles = static_cast<std::size_t>(spans.stride) * static_cast<std::size_t>(spans.rows);
+  if (span_tiles_ < tiles) {
+    spans_ = backend_->allocate(2 * tiles * sizeof(float));
+    span_tiles_ = tiles;
+  }
+  spans.nearest = pointer<float>(spans_);
+  spans.farthest = spans.nearest + tiles;
+  backend_->run(kernels::RaySpans{view_, spans, camera, to_kernel(world_from_camera.inverse() * world_from_volume_),
+                                  min_distance});
+  return spans;
+}
+
+void Volume::predict(const SE3& world_from_camera, const RaycastParameters& parameters, DepthPyramid* model) const {
+  DepthLevel& finest = model->front();
+  const auto min_distance = static_cast<float>(parameters.min_distance);
+  backend_->run(kernels::Raycast{view_, finest.depth.view(), finest.normals(), finest.camera,
+                                 to_kernel(world_from_volume_.inverse() * world_from_camera), min_distance,
+                                 static_cast<float>(parameters.max_distance),
+                                 span_rays(world_from_camera, finest.camera, min_distance)});
+  for (std::size_t i = 1; i < model->size(); ++i) {
+    const DepthLevel& fine = (*model)[i - 1];
+    DepthLevel& coarse = (*model)[i];
+    backend_->run(kernels::DecimateModel{read_only(fine.depth), read_only(fine.normal_x), read_only(fine.normal_y),
+                                         read_only(fine.normal_z), coarse.depth.view(), coarse.normals(),
+                                         kModelDecimationRange});
+  }
+}
+
+}  // namespace plumbline

@@ -1,0 +1,71 @@
+// The model: a truncated signed distance volume that frames are fused into, predicted from and meshed.
+#pragma once
+
+#include "backend/maps.h"
+#include "plumbline/image.h"
+#include "plumbline/mesh.h"
+#include "plumbline/parameters.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+
+namespace plumbline {
+
+/// Where the volume goes: the lower corner's pose, and the length of a side.
+struct VolumePlacementResult {
+  SE3 world_from_volume;
+  double side = 0;  ///< metres
+};
+
+/// Volume placed by the parameters, given the first camera and its depth in metres (row-major, zeros for none).
+VolumePlacementResult place_volume(const VolumeParameters& parameters, const Pinhole& camera,
+                                   const SE3& world_from_camera, const Image<float>& depth);
+
+/// A dense cube of voxels in a backend's memory, asked for once.
+class Volume {
+ public:
+  /// Throws std::bad_alloc if the memory is not there. `backend` must outlive the volume.
+  Volume(const VolumeParameters& parameters, const Pinhole& camera, const Backend& backend, bool with_color);
+
+  /// Sets pose and size; what was fused before is forgotten.
+  void place(const VolumePlacementResult& placement);
+
+  /// Fuses a depth image (metres) and, if not null, its colours, seen from `world_from_camera`.
+  void integrate(const Plane<float>& depth, const Plane<std::int32_t>* color, const Pinhole& camera,
+                 const SE3& world_from_camera);
+
+  /// Predicts depth and normals at every level of `model`.
+  void predict(const SE3& world_from_camera, const RaycastParameters& parameters, DepthPyramid* model) const;
+
+  /// The surface, world frame. Colours when the volume has them. Empty when nothing was fused.
+  Mesh extract_mesh(const MeshParameters& parameters) const;
+
+  const SE3& world_from_volume() const { return world_from_volume_; }
+  double side() const { return view_.voxel_size * static_cast<double>(view_.resolution()); }
+  double voxel_size() const { return view_.voxel_size; }
+  int bricks_updated() const;  ///< by the last frame
+  const kernels::VolumeView& view() const { return view_; }
+
+ private:
+  void make_depth_range(const Pinhole& camera);
+  kernels::RaySpanView span_rays(const SE3& world_from_camera, const Pinhole& camera, float min_distance) const;
+  void measure_depth_range(const Plane<float>& depth) const;
+  int brick_slots() const { return view_.bricks * view_.bricks * view_.brick_stride; }
+
+  struct RangeLevel {
+    int first, columns, rows, stride;
+  };
+
+  const Backend* backend_;
+  VolumeParameters parameters_;
+  SE3 world_from_volume_;
+  kernels::VolumeView view_;
+  Buffer voxels_, colors_, occupied_, marked_, list_, listed_;
+  mutable Buffer spans_;  ///< of the last prediction's rays; scratch
+  mutable std::size_t span_tiles_ = 0;
+  Buffer range_nearest_, range_farthest_, range_first_, range_stride_;
+  kernels::DepthRangeView range_;
+  std::vector<RangeLevel> range_levels_;
+  int frames_ = 0;
+};
+
+}  // namespace plumbline
