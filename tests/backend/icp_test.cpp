@@ -5,11 +5,11 @@
 #include <cstring>
 #include <numeric>
 
-#include "backend/lane_types.h"
-#include "backend/scenes.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
+#include "support/lane_types.h"
+#include "support/scenes.h"
 
 namespace plumbline {
 namespace {

@@ -8,10 +8,10 @@
 #include <list>
 #include <numeric>
 
-#include "backend/lane_types.h"
-#include "backend/scenes.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
+#include "support/lane_types.h"
+#include "support/scenes.h"
 
 namespace plumbline {
 namespace {

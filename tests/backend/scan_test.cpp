@@ -6,10 +6,10 @@
 #include <limits>
 #include <numeric>
 
-#include "backend/lane_types.h"
-#include "backend/scenes.h"
 #include "plumbline/error.h"
 #include "plumbline/image.h"
+#include "support/lane_types.h"
+#include "support/scenes.h"
 
 namespace plumbline {
 namespace {

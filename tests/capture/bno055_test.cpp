@@ -10,12 +10,12 @@
 #include <thread>
 
 #include "capture/clock.h"
-#include "capture/fake_bno055.h"
 #include "capture/i2c_bus.h"
 #include "capture/imu_source.h"
 #include "capture/serial_bus.h"
-#include "io/temp_folder.h"
 #include "plumbline/time.h"
+#include "support/fake_bno055.h"
+#include "support/temp_folder.h"
 
 namespace plumbline::capture {
 namespace {

@@ -11,10 +11,10 @@
 #include "capture/color_pairing.h"
 #include "capture/frame_grabber.h"
 #include "io/png.h"
-#include "io/temp_folder.h"
 #include "plumbline/error.h"
 #include "plumbline/image.h"
 #include "plumbline/time.h"
+#include "support/temp_folder.h"
 
 namespace plumbline::capture {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "capture/clock.h"
 #include "capture/frame_grabber.h"
-#include "io/temp_folder.h"
 #include "plumbline/time.h"
+#include "support/temp_folder.h"
 
 namespace plumbline::capture {
 namespace {

@@ -12,13 +12,13 @@
 #include "capture/clock.h"
 #include "io/image_file.h"
 #include "io/orientation_file.h"
-#include "io/temp_folder.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"
 #include "plumbline/time.h"
 #include "support/small_disk.h"
+#include "support/temp_folder.h"
 
 namespace plumbline::capture {
 namespace {

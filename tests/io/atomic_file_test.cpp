@@ -11,7 +11,7 @@
 
 #include "io/png.h"
 #include "plumbline/image.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

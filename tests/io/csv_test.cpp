@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "io/datasets.h"
 #include "support/source.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

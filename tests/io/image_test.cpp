@@ -7,10 +7,10 @@
 #include "io/image_file.h"
 #include "io/jpeg.h"
 #include "io/png.h"
+#include "io/png_samples.h"
 #include "plumbline/image.h"
-#include "png_samples.h"
 #include "support/data.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

@@ -10,7 +10,7 @@
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
 #include "support/data.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

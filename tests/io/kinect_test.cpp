@@ -12,7 +12,7 @@
 #include "plumbline/se3.h"
 #include "plumbline/sequence.h"
 #include "support/data.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

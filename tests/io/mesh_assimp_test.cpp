@@ -4,9 +4,9 @@
 #include <assimp/Importer.hpp>
 
 #include "io/mesh.h"
-#include "mesh_samples.h"
+#include "io/mesh_samples.h"
 #include "plumbline/mesh.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

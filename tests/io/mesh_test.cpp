@@ -7,9 +7,9 @@
 #include <cstring>
 #include <limits>
 
-#include "mesh_samples.h"
+#include "io/mesh_samples.h"
 #include "plumbline/mesh.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

@@ -7,7 +7,7 @@
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"
 #include "support/source.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

@@ -9,13 +9,13 @@
 #include <thread>
 
 #include "io/png.h"
+#include "io/png_samples.h"
 #include "io/trajectory.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
-#include "png_samples.h"
 #include "support/data.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

@@ -7,7 +7,7 @@
 #include "plumbline/se3.h"
 #include "plumbline/trajectory.h"
 #include "support/data.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

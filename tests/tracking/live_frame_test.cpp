@@ -4,12 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "backend/scenes.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
+#include "support/scenes.h"
 
 namespace plumbline {
 namespace {

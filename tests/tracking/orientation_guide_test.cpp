@@ -5,9 +5,9 @@
 
 #include <numbers>
 
-#include "backend/scenes.h"
 #include "plumbline/se3.h"
 #include "sensor/error_model.h"
+#include "support/scenes.h"
 
 namespace plumbline {
 namespace {

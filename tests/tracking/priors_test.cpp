@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "backend/scenes.h"
 #include "plumbline/se3.h"
+#include "support/scenes.h"
 
 namespace plumbline {
 namespace {

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "backend/scenes.h"
 #include "plumbline/se3.h"
+#include "support/scenes.h"
 
 namespace plumbline {
 namespace {

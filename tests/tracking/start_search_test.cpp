@@ -5,8 +5,8 @@
 
 #include <numbers>
 
-#include "backend/scenes.h"
 #include "plumbline/se3.h"
+#include "support/scenes.h"
 #include "tracking/orientation_guide.h"
 
 namespace plumbline {

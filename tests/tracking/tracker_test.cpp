@@ -5,11 +5,11 @@
 
 #include <numeric>
 
-#include "backend/scenes.h"
 #include "map/volume.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
+#include "support/scenes.h"
 #include "tracking/live_frame.h"
 
 namespace plumbline {
