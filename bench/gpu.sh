@@ -7,11 +7,14 @@ set -euo pipefail
 build=${1:?usage: bench/gpu.sh BUILD [SEQUENCE]} sequence=${2:-}
 nvidia-smi --query-gpu=name,driver_version --format=csv,noheader
 "$build/plumbline" backends
-"$build/tests/backend/test_backend" --gtest_brief=1 --gtest_filter='*cuda*'
-"$build/tests/pipeline/test_pipeline" --gtest_brief=1 --gtest_filter='*Cuda*'
+"$build/tests/test_backend" --gtest_brief=1 --gtest_filter='*cuda*'
+"$build/tests/test_map" --gtest_brief=1 --gtest_filter='*cuda*'
+"$build/tests/test_pipeline" --gtest_brief=1 --gtest_filter='*Cuda*'
 if command -v compute-sanitizer >/dev/null; then
   for tool in memcheck racecheck; do
-    compute-sanitizer --tool $tool --error-exitcode 1 "$build/tests/backend/test_backend" --gtest_brief=1 --gtest_filter='*cuda*'
+    for test in backend map; do
+      compute-sanitizer --tool $tool --error-exitcode 1 "$build/tests/test_$test" --gtest_brief=1 --gtest_filter='*cuda*'
+    done
   done
 else
   echo "gpu.sh: no compute-sanitizer here; memory and races are not checked" >&2

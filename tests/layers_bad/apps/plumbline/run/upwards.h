@@ -1,0 +1,2 @@
+// One violation: a run knows no report.
+#include "report/report.h"

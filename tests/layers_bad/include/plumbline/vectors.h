@@ -1,0 +1,2 @@
+// One violation: a public header takes a library beside Eigen.
+#include <xsimd/xsimd.hpp>

@@ -1,0 +1,1 @@
+// One violation: a folder that has no place.

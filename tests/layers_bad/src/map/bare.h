@@ -1,0 +1,2 @@
+// One violation: an include without its folder.
+#include "volume.h"

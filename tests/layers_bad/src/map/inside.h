@@ -1,0 +1,2 @@
+// One violation: the inside of another room.
+#include "backend/cpu/lanes.h"

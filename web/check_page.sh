@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Bundles the page once more and compares it with the one that is kept: check_page.sh NEW_PAGE. Exits with 77 and says why
+# where there is no node or npm, or npm cannot reach its packages.
+set -euo pipefail
+new=$(realpath -m "$1")
+cd "$(dirname "$(readlink -f "$0")")"
+for program in node npm; do command -v $program >/dev/null || { echo "skipped: there is no $program"; exit 77; }; done
+if [[ ! node_modules/.package-lock.json -nt package-lock.json ]]; then
+  npm ci --no-audit --no-fund --ignore-scripts --loglevel=error || { echo "skipped: npm cannot install the page's packages"; exit 77; }
+  touch node_modules/.package-lock.json  # npm leaves it as it was where nothing had to be done
+fi
+node build.mjs "$new"
+cmp "$new" dist/page.html || { echo "web/dist/page.html is not what web/src gives: run ./dev page and commit it"; exit 1; }
