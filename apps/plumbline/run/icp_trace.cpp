@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "kernels/priors.h"
+
 namespace plumbline::app {
 namespace {
 
