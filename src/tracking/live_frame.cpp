@@ -34,13 +34,12 @@ LiveFrame::LiveFrame(const Pinhole& camera, const PreprocessParameters& paramete
       parameters_(parameters),
       finest_level_(static_cast<std::size_t>(finest_level)),
       pyramid_(make_pyramid(camera, levels, backend)) {
-  const auto allocate = [&](std::size_t bytes) { return backend.allocate(bytes); };
-  readings_ = {camera.width, camera.height, allocate};
-  raw_depth_ = {camera.width, camera.height, allocate};
-  if (with_color) color_ = {camera.width, camera.height, allocate};
+  readings_ = {camera.width, camera.height, backend};
+  raw_depth_ = {camera.width, camera.height, backend};
+  if (with_color) color_ = {camera.width, camera.height, backend};
   if (parameters.normals == NormalMethod::integral) {
     for (Plane<std::int32_t>* plane : {&integral_x_, &integral_y_, &integral_z_, &integral_edges_})
-      *plane = {camera.width, camera.height, allocate};
+      *plane = {camera.width, camera.height, backend};
   }
 }
 

@@ -128,16 +128,16 @@ TEST(CpuBackend, IsFoundByName) {
 TEST(CpuBackend, MemoryIsZeroedAndCopied) {
   const auto backend = make_cpu_backend(1);
   std::vector<std::uint8_t> bytes(100003), back(bytes.size());
-  const Buffer buffer = backend->allocate(bytes.size());
-  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(buffer.get()) % 64, 0u);
-  backend->download(back.data(), buffer.get(), back.size());
+  const DeviceArray<std::uint8_t> array(*backend, bytes.size());
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(array.data()) % 64, 0u);
+  backend->download(back.data(), array.data(), back.size());
   EXPECT_EQ(back, bytes) << "not zero";
   std::iota(bytes.begin(), bytes.end(), std::uint8_t{1});
-  backend->upload(buffer.get(), bytes.data(), bytes.size());
-  backend->download(back.data(), buffer.get(), back.size());
+  backend->upload(array.data(), bytes.data(), bytes.size());
+  backend->download(back.data(), array.data(), back.size());
   EXPECT_EQ(back, bytes);
-  backend->clear(buffer.get(), bytes.size() - 1);
-  backend->download(back.data(), buffer.get(), back.size());
+  backend->clear(array.data(), bytes.size() - 1);
+  backend->download(back.data(), array.data(), back.size());
   EXPECT_EQ(std::count(back.begin(), back.end() - 1, 0), static_cast<std::ptrdiff_t>(back.size() - 1));
   EXPECT_EQ(back.back(), bytes.back()) << "cleared too much";
 }

@@ -38,7 +38,7 @@ class Lanes final : public LanesBase {
     for_each<F>(threads(), columns, rows, k);
   }
   void run(const kernels::MarkBricks& k) const override {
-    for_each<F>(threads(), k.volume.bricks, k.volume.bricks * k.volume.bricks, k);
+    for_each<F>(threads(), k.volume.bricks_per_row(), k.volume.brick_rows(), k);
   }
   void integrate_listed(const kernels::Integrate& k, const std::int32_t* list, int count) const override {
     for_each_brick<F>(threads(), k, list, count);
