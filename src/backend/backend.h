@@ -69,10 +69,6 @@ class Backend : public DeviceMemory {
   virtual void run(const kernels::DecimateDepth& kernel) const = 0;
   virtual void run(const kernels::InverseDepth& kernel) const = 0;
   virtual void run(const kernels::PlaneNormals& kernel) const = 0;
-  virtual void run(const kernels::IntegralInput& kernel) const = 0;
-  virtual void run(const kernels::IntegralNormals& kernel) const = 0;
-  /// In place: every element becomes the sum over the rectangle from the first one to it (32-bit, may wrap).
-  virtual void integral_image(const PlaneView<std::int32_t>& plane) const = 0;
 
   // Registration.
   virtual IcpSums reduce(const kernels::IcpReduce& kernel) const = 0;

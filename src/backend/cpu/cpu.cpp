@@ -50,10 +50,6 @@ void LanesBase::download(void* host, const void* device, std::size_t bytes) cons
 }
 void LanesBase::clear(void* device, std::size_t bytes) const { memory_.clear(device, bytes); }
 
-void LanesBase::integral_image(const PlaneView<std::int32_t>& plane) const {
-  cpu::integral_image(threads_, plane.data, plane.width, plane.height, plane.stride);
-}
-
 IcpSums LanesBase::reduce(const kernels::IcpReduce& kernel) const {
   IcpSums sums;
   sums.histogram.resize(static_cast<std::size_t>(kernel.in.bins) + 2);

@@ -20,8 +20,6 @@ class Lanes final : public LanesBase {
   void run(const kernels::DecimateDepth& k) const override { on(k.coarse, k); }
   void run(const kernels::InverseDepth& k) const override { on(k.depth, k); }
   void run(const kernels::PlaneNormals& k) const override { on(k.depth, k); }
-  void run(const kernels::IntegralInput& k) const override { on(k.depth, k); }
-  void run(const kernels::IntegralNormals& k) const override { on(k.depth, k); }
 
   void reduce_into(const kernels::IcpReduce& k, double* sums, std::int32_t* histogram) const override {
     cpu::reduce<F, kernels::icp_sum::kCount>(threads(), k.in.live_depth.width, k.in.live_depth.height, k, sums,

@@ -18,7 +18,6 @@ class LanesBase : public Backend {
   void upload(void* device, const void* host, std::size_t bytes) const override;
   void download(void* host, const void* device, std::size_t bytes) const override;
   void clear(void* device, std::size_t bytes) const override;
-  void integral_image(const PlaneView<std::int32_t>& plane) const override;
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
   void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
   int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;

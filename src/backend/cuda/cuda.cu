@@ -194,9 +194,6 @@ class CudaBackend final : public Backend {
   void run(const kernels::DecimateDepth& k) const override { on(k.coarse, k, "DecimateDepth"); }
   void run(const kernels::InverseDepth& k) const override { on(k.depth, k, "InverseDepth"); }
   void run(const kernels::PlaneNormals& k) const override { on(k.depth, k, "PlaneNormals"); }
-  void run(const kernels::IntegralInput& k) const override { on(k.depth, k, "IntegralInput"); }
-  void run(const kernels::IntegralNormals& k) const override { on(k.depth, k, "IntegralNormals"); }
-  void integral_image(const PlaneView<std::int32_t>& plane) const override;
 
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
   void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
@@ -292,15 +289,6 @@ std::shared_ptr<void> CudaBackend::allocate(std::size_t bytes) const {
   std::shared_ptr<void> memory(address, [](void* p) { cudaFree(p); });
   clear(address, bytes);
   return memory;
-}
-
-void CudaBackend::integral_image(const PlaneView<std::int32_t>& plane) const {
-  auto* data = reinterpret_cast<std::uint32_t*>(plane.data);
-  scan_rows<<<static_cast<unsigned>(plane.height), kScanThreads, 0, stream_>>>(data, plane.width, plane.stride);
-  launched("integral image, rows");
-  scan_columns<<<static_cast<unsigned>(divide_up(plane.width, kWarp)), kWarp, 0, stream_>>>(data, plane.width,
-                                                                                            plane.height, plane.stride);
-  launched("integral image, columns");
 }
 
 void CudaBackend::run(const kernels::RaySpans& k) const {

@@ -272,34 +272,4 @@ __global__ void span_rays(kernels::RaySpans kernel) {
     kernel.template operator()<float>(x, row, tiles);
 }
 
-constexpr int kScanThreads = 256;
-
-/// Inclusive sums along each row of an image, a block a row. Unsigned, as they may wrap.
-__global__ void __launch_bounds__(kScanThreads) scan_rows(std::uint32_t* data, int width, int stride) {
-  using BlockScan = cub::BlockScan<std::uint32_t, kScanThreads>;
-  __shared__ typename BlockScan::TempStorage storage;
-  std::uint32_t* row = data + static_cast<std::ptrdiff_t>(blockIdx.x) * stride;
-  std::uint32_t before = 0;
-  for (int x0 = 0; x0 < width; x0 += kScanThreads) {
-    const int x = x0 + static_cast<int>(threadIdx.x);
-    std::uint32_t value = x < width ? row[x] : 0, total = 0;
-    BlockScan(storage).InclusiveSum(value, value, total);
-    if (x < width) row[x] = before + value;
-    before += total;
-    __syncthreads();
-  }
-}
-
-/// Inclusive sums down each column, a thread a column.
-__global__ void scan_columns(std::uint32_t* data, int width, int height, int stride) {
-  const int x = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (x >= width) return;
-  std::uint32_t sum = 0;
-  for (int y = 0; y < height; ++y) {
-    std::uint32_t* value = data + static_cast<std::ptrdiff_t>(y) * stride + x;
-    sum += *value;
-    *value = sum;
-  }
-}
-
 }  // namespace plumbline::cuda
