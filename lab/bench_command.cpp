@@ -40,9 +40,8 @@ double copied_per_second(double seconds) {
 /// What a device writes to memory too large for any cache, bytes per second.
 double written_per_second(const Backend& backend, double seconds) {
   constexpr std::size_t kBytes = std::size_t{1} << 30;
-  const Buffer memory = backend.allocate(kBytes);
-  const double ms =
-      median_of([&] { return backend.milliseconds([&] { backend.clear(memory.get(), kBytes); }); }, seconds);
+  const DeviceArray<std::byte> memory(backend, kBytes);
+  const double ms = median_of([&] { return backend.milliseconds([&] { memory.clear(backend); }); }, seconds);
   return static_cast<double>(kBytes) / (1e-3 * ms);
 }
 

@@ -18,9 +18,6 @@ struct Range {
   double high = std::numeric_limits<double>::infinity();
 };
 
-enum class NormalMethod { plane, integral };
-constexpr auto names(NormalMethod) { return std::array<std::string_view, 2>{"plane", "integral"}; }
-
 enum class VolumePlacement { front, fit, given };
 constexpr auto names(VolumePlacement) { return std::array<std::string_view, 3>{"front", "fit", "given"}; }
 
@@ -44,7 +41,6 @@ struct PreprocessParameters {
   double bilateral_sigma_space = 4.5;
   double bilateral_sigma_range = 0.03;
   double decimation_range = 0.09;
-  NormalMethod normals = NormalMethod::plane;
   int normal_radius = 3;
   double normal_depth_gate = 0.03;
 };
@@ -134,8 +130,6 @@ void preprocess_fields(P& p, Visitor&& v) {
   v("bilateral_sigma_range", p.bilateral_sigma_range, "m", "depth standard deviation", Range{1e-4, 1});
   v("decimation_range", p.decimation_range, "m", "pixels within this of the nearest are averaged in the pyramid",
     Range{1e-4, 10});
-  v("normals", p.normals, "", "plane: inverse-depth plane fit in a window; integral: smoothed gradients (Holzer 2012)",
-    Range{});
   v("normal_radius", p.normal_radius, "px", "half window of the plane fit; 3 means 7x7", Range{1, 10});
   v("normal_depth_gate", p.normal_depth_gate, "1", "a neighbour belongs to the surface within this fraction of depth",
     Range{1e-4, 1});

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/device_array.h"
 #include "core/plane.h"
 #include "kernels/icp.h"
 #include "kernels/integrate.h"
@@ -48,25 +49,19 @@ struct IcpSums {
 /// Runs kernels on one device, in the order of the calls. What a call returns is there when it returns; what it leaves
 /// in the device's memory may come later, and every other call sees it. Not thread-safe; every pipeline may have its
 /// own.
-class Backend {
+class Backend : public DeviceMemory {
  public:
   Backend() = default;
   Backend(const Backend&) = delete;
   Backend& operator=(const Backend&) = delete;
-  virtual ~Backend();
+  ~Backend() override;
 
   virtual std::string name() const = 0;         ///< "cpu"
   virtual std::string description() const = 0;  ///< "cpu (avx2+fma, 2 threads)"
 
-  /// Zeroed memory that kernels can use. Throws std::bad_alloc.
-  virtual Buffer allocate(std::size_t bytes) const = 0;
-  /// Copies to and from that memory.
-  virtual void upload(void* device, const void* host, std::size_t bytes) const = 0;
-  /// The same for `rows` rows that lie a pitch apart, in bytes.
+  /// Copies `rows` rows, which lie a pitch apart, to the device; all in bytes.
   virtual void upload_rows(void* device, std::size_t device_pitch, const void* host, std::size_t host_pitch,
                            std::size_t row_bytes, int rows) const;
-  virtual void download(void* host, const void* device, std::size_t bytes) const = 0;
-  virtual void clear(void* device, std::size_t bytes) const = 0;
 
   // Preprocessing.
   virtual void run(const kernels::ToMetres& kernel) const = 0;
@@ -74,10 +69,6 @@ class Backend {
   virtual void run(const kernels::DecimateDepth& kernel) const = 0;
   virtual void run(const kernels::InverseDepth& kernel) const = 0;
   virtual void run(const kernels::PlaneNormals& kernel) const = 0;
-  virtual void run(const kernels::IntegralInput& kernel) const = 0;
-  virtual void run(const kernels::IntegralNormals& kernel) const = 0;
-  /// In place: every element becomes the sum over the rectangle from the first one to it (32-bit, may wrap).
-  virtual void integral_image(const PlaneView<std::int32_t>& plane) const = 0;
 
   // Registration.
   virtual IcpSums reduce(const kernels::IcpReduce& kernel) const = 0;

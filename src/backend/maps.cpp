@@ -3,9 +3,7 @@
 namespace plumbline {
 
 DepthLevel::DepthLevel(const Pinhole& level_camera, const Backend& backend) : camera(level_camera) {
-  const auto plane = [&] {
-    return Plane<float>(camera.width, camera.height, [&](std::size_t bytes) { return backend.allocate(bytes); });
-  };
+  const auto plane = [&] { return Plane<float>(camera.width, camera.height, backend); };
   depth = plane();
   normal_x = plane();
   normal_y = plane();

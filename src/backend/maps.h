@@ -37,8 +37,7 @@ PlaneView<const T> read_only(const Plane<T>& plane) {
 template <class T>
 Image<T> download(const Backend& backend, const Plane<T>& plane) {
   const PlaneView<T> view = plane.view();
-  std::vector<T> padded(static_cast<std::size_t>(view.stride) * static_cast<std::size_t>(view.height));
-  backend.download(padded.data(), plane.storage(), plane.bytes());
+  const std::vector<T> padded = plane.elements().download(backend);
   Image<T> image(view.width, view.height);
   for (int y = 0; y < view.height; ++y) {
     const T* row = padded.data() + static_cast<std::ptrdiff_t>(y) * view.stride + Plane<T>::kPadding;

@@ -3,17 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 
+#include "core/device_array.h"
 #include "plumbline/macros.h"
 
 namespace plumbline {
-
-/// Zeroed memory of a device, at least 64-byte aligned; freed with the last copy of the pointer.
-using Buffer = std::shared_ptr<void>;
-
-/// Zeroed host memory whose pages cost nothing until they are first written. Throws std::bad_alloc.
-Buffer allocate_host(std::size_t bytes);
 
 /// One plane of an image as a kernel sees it. Every row has kPadding elements of zeros (an invalid reading) on either
 /// side, so a stencil may read up to kPadding columns out of the image, and a lane may store past a row's end
@@ -34,25 +28,23 @@ class Plane {
   static constexpr int kPadding = 16;  ///< elements; a widest lane's worth
 
   Plane() = default;
-  /// `allocate` gives zeroed memory (`allocate_host`, or a backend's).
-  template <class Allocate>
-  Plane(int width, int height, Allocate&& allocate)
-      : width_(width), height_(height), stride_((width + kPadding - 1) / kPadding * kPadding + 2 * kPadding) {
-    buffer_ = allocate(bytes());
-  }
+  /// Zeros. Throws std::bad_alloc.
+  Plane(int width, int height, const DeviceMemory& memory)
+      : width_(width),
+        height_(height),
+        stride_((width + kPadding - 1) / kPadding * kPadding + 2 * kPadding),
+        elements_(memory, static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height)) {}
 
-  PlaneView<T> view() const { return {static_cast<T*>(buffer_.get()) + kPadding, width_, height_, stride_}; }
+  PlaneView<T> view() const { return {elements_.data() + kPadding, width_, height_, stride_}; }
   int width() const { return width_; }
   int height() const { return height_; }
-  bool empty() const { return buffer_ == nullptr; }
-  std::size_t bytes() const {
-    return sizeof(T) * static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height_);
-  }
-  void* storage() const { return buffer_.get(); }
+  bool empty() const { return elements_.empty(); }
+  /// Rows of `view().stride`, each with its padding on either side.
+  const DeviceArray<T>& elements() const { return elements_; }
 
  private:
   int width_ = 0, height_ = 0, stride_ = 0;
-  Buffer buffer_;
+  DeviceArray<T> elements_;
 };
 
 }  // namespace plumbline

@@ -2,8 +2,9 @@
 // et al. 2011. Only bricks that the frame can change are touched.
 #pragma once
 
+#include "kernels/brick_map.h"
 #include "kernels/lane.h"
-#include "kernels/volume_view.h"
+#include "kernels/voxel.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/vec3.h"
 
@@ -72,23 +73,20 @@ struct DepthRangeCoarser {
 };
 
 /// Marks the bricks that the frame may change: in view, not wholly behind every reading, and near some reading – or
-/// occupied already, so that free space seen now can carve what was there. Lanes run along x over bricks.
+/// has held one already, so that free space seen now can carve what was there. Lanes run along x over bricks.
 struct MarkBricks {
-  VolumeView volume;
+  BrickMap volume;
   DepthRangeView range;
   Pinhole camera;
   RigidTransform camera_from_volume;
-  std::int32_t* marked;  ///< 1 or 0 per brick
+  std::int32_t* marked;  ///< 1 or 0 per brick, `state_words()` of them
 
   template <class F>
-  PL_HD void operator()(int bx, int row) const {
-    const int by = row % volume.bricks, bz = row / volume.bricks;
-    const float brick_size = volume.voxel_size * kBrickSide;
-    const float radius = 0.8661f * brick_size;  // of the circumscribed sphere, √3/2
-    const Vec3<F> centre = camera_from_volume.apply(
-        Vec3<F>{(Lane<F>::index() + (static_cast<float>(bx) + 0.5f)) * brick_size,
-                F((static_cast<float>(by) + 0.5f) * brick_size), F((static_cast<float>(bz) + 0.5f) * brick_size)});
-    auto candidate = inside_row<F>(bx, volume.bricks) && centre.z > F(-radius);
+  PL_HD void operator()(int x, int row) const {
+    const BrickLanes<F> bricks = volume.bricks_at<F>(x, row);
+    const float radius = 0.8661f * volume.brick_size();  // of the circumscribed sphere, √3/2
+    const Vec3<F> centre = camera_from_volume.apply(bricks.centres());
+    auto candidate = bricks.exist() && centre.z > F(-radius);
 
     // Bounds of the sphere's projection: extremes of (x ± r)/(z ± r). A sphere around the camera may be anywhere.
     const auto beyond = centre.z > F(1.05f * radius);
@@ -104,15 +102,14 @@ struct MarkBricks {
     v1 = select(beyond, min(v1, F(height - 1.0f)), F(height - 1.0f));
     candidate = candidate && u0 <= u1 && v0 <= v1;
 
-    std::int32_t* out = marked + volume.brick_index(bx, by, bz);
-    if (!any(candidate)) return store_int(out, Int<F>(0));
+    if (!any(candidate)) return bricks.store(marked, Int<F>(0));
 
     F nearest(kNoRange), farthest(0.0f);
     footprint<F>(candidate, u0, u1, v0, v1, &nearest, &farthest);
     const auto seen = candidate && farthest > F(0.0f) && centre.z - radius <= farthest + volume.truncation;
     const auto near_surface = centre.z + radius >= nearest - volume.truncation;
-    const auto has_data = to_float(load_int<F>(volume.occupied + volume.brick_index(bx, by, bz))) > F(0.5f);
-    store_int(out, to_int(select(seen && (near_surface || has_data), F(1.0f), F(0.0f))));
+    const auto has_data = to_float(bricks.states()) > F(0.5f);
+    bricks.store(marked, to_int(select(seen && (near_surface || has_data), F(1.0f), F(0.0f))));
   }
 
  private:
@@ -154,7 +151,7 @@ struct MarkBricks {
 /// runs `is_near_surface` over a brick that has held no surface yet, and `update` over bricks that hold one or
 /// just got one: free space alone leaves no trace, so that rays can skip it.
 struct Integrate {
-  VolumeView volume;
+  BrickMap volume;
   PlaneView<const float> depth;         ///< raw metres, not smoothed
   PlaneView<const std::int32_t> color;  ///< 0x00BBGGRR per pixel, null without
   Pinhole camera;
@@ -177,7 +174,7 @@ struct Integrate {
     F distance;
     const auto visible = measure<F>(brick, offset, &distance, &pixel);
     const auto changes = visible && distance >= F(-volume.truncation);
-    std::int32_t* address = volume.voxels + static_cast<std::ptrdiff_t>(brick) * kBrickVoxels + offset;
+    std::int32_t* address = volume.voxels_of(brick) + offset;
     const Int<F> word = load_int<F>(address);
     if (!any(changes)) return is_behind<F>(word);
     const Voxel<F> old = unpack<F>(word);
@@ -186,9 +183,9 @@ struct Integrate {
     const Voxel<F> fused = {madd(old.distance, old.weight, measured) / weight, min(weight, F(max_weight))};
     const Int<F> changed = select_int(changes, pack<F>(fused), word);
     store_int(address, changed);
-    if (volume.colors != nullptr && !color.is_null()) {
+    if (volume.has_color() && !color.is_null()) {
       const auto near = changes && distance <= F(volume.truncation);
-      if (any(near)) update_color<F>(volume.colors + (address - volume.voxels), pixel, near);
+      if (any(near)) update_color<F>(volume.colors_of(brick) + offset, pixel, near);
     }
     return is_behind<F>(changed);
   }
@@ -202,17 +199,8 @@ struct Integrate {
   /// Signed distance of each voxel from the reading at its pixel, metres, positive in front of the surface.
   template <class F>
   PL_HD Mask<F> measure(int brick, int offset, F* distance, Int<F>* pixel) const {
-    const int bx = brick % volume.brick_stride, rest = brick / volume.brick_stride;
-    const int by = rest % volume.bricks, bz = rest / volume.bricks;
-    // The first lane's voxel, and what the others are off from it: along x, and beyond eight lanes in the next row.
-    const float size = volume.voxel_size;
-    const Vec3<float> first =
-        camera_from_volume.apply(Vec3<float>{(static_cast<float>(bx * kBrickSide + (offset & 7)) + 0.5f) * size,
-                                             (static_cast<float>(by * kBrickSide + (offset >> 3 & 7)) + 0.5f) * size,
-                                             (static_cast<float>(bz * kBrickSide + (offset >> 6)) + 0.5f) * size});
-    const Int<F> lane = Lane<F>::int_index();
-    const Vec3<F> off = camera_from_volume.rotate(
-        Vec3<F>{to_float(lane & Int<F>(7)) * size, to_float(shift_right<3>(lane)) * size, F(0.0f)});
+    const Vec3<float> first = camera_from_volume.apply(volume.centre_of(brick, offset));
+    const Vec3<F> off = camera_from_volume.rotate(volume.lane_offsets<F>());
     const Vec3<F> p = {off.x + first.x, off.y + first.y, off.z + first.z};
     const auto in_front = p.z > F(1e-3f);
     const F inverse_z = F(1.0f) / select(in_front, p.z, F(1.0f));

@@ -4,9 +4,11 @@
 
 #include <cstdint>
 
+#include "kernels/brick_map.h"
+#include "kernels/distance_sampler.h"
 #include "kernels/lane.h"
 #include "kernels/marching_cubes_table.h"
-#include "kernels/volume_view.h"
+#include "kernels/voxel.h"
 #include "plumbline/vec3.h"
 
 namespace plumbline::kernels {
@@ -14,73 +16,92 @@ namespace plumbline::kernels {
 /// Per voxel of the listed bricks: the vertex's rank in its brick (11 bits) and which of the voxel's edges carry one.
 using EdgeRecord = std::uint16_t;
 constexpr int kEdgeFlagBits = 3;
+constexpr int kEdgeFlags = (1 << kEdgeFlagBits) - 1;
 
 /// The bricks to mesh and where their output goes.
 struct MeshBricks {
-  VolumeView volume;
+  BrickMap volume;
   const std::int32_t* list;                     ///< brick of each entry
   const std::int32_t* position;                 ///< entry of each brick, −1 for bricks that are not listed
   EdgeRecord* edges;                            ///< kBrickVoxels per entry
   std::int32_t *vertex_count, *triangle_count;  ///< per entry; after the scan the first of each
   const CellTriangles* table;                   ///< 256
   float min_weight;
+
+  PL_HD EdgeRecord& record(int entry, int offset) const {
+    return edges[static_cast<std::ptrdiff_t>(entry) * kBrickVoxels + offset];
+  }
 };
 
-struct VoxelPosition {
-  int x, y, z;
+/// A brick's surroundings as the passes below read them.
+struct MeshCells {
+  const MeshBricks& in;
+  BrickNeighbours around;
+
+  PL_HD MeshCells(const MeshBricks& bricks, int entry) : in(bricks), around(bricks.volume, bricks.list[entry]) {}
+
+  /// False where there is no voxel, or one that was not seen often enough.
+  PL_HD bool read(const VoxelPosition& p, Voxel<float>* voxel) const {
+    const VoxelAddress at = around.find(p);
+    if (at.brick < 0) return false;
+    *voxel = unpack<float>(in.volume.voxel(at));
+    return voxel->weight >= in.min_weight;
+  }
+
+  /// Edges that carry a vertex: both ends seen, one on either side of the surface.
+  PL_HD int crossed_edges(const VoxelPosition& p) const {
+    Voxel<float> here{}, there{};
+    if (!read(p, &here)) return 0;
+    int flags = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (read(one_along(p, axis), &there) && (here.distance < 0) != (there.distance < 0)) flags |= 1 << axis;
+    }
+    return flags;
+  }
+
+  /// Sign pattern of the cell whose lowest corner is p; 0 (no surface) where a corner was not seen.
+  PL_HD int pattern(const VoxelPosition& p) const {
+    int inside = 0;
+    for (int c = 0; c < 8; ++c) {
+      Voxel<float> corner{};
+      if (!read(corner_of(p, c), &corner)) return 0;
+      if (corner.distance < 0) inside |= 1 << c;
+    }
+    return inside;
+  }
+
+  /// Index of the vertex on an edge of the cell at p: the edge belongs to its lower corner's voxel.
+  PL_HD std::uint32_t vertex_of(const VoxelPosition& p, int edge) const {
+    const int axis = edge / 4;
+    const VoxelAddress at = around.find(corner_of(p, edge_corner(edge)));
+    const int entry = in.position[at.brick];
+    const int record = in.record(entry, at.offset);
+    const int below = record & ((1 << axis) - 1);
+    return static_cast<std::uint32_t>(in.vertex_count[entry] + (record >> kEdgeFlagBits) + (below & 1) +
+                                      (below >> 1 & 1));
+  }
+
+  PL_HD static VoxelPosition one_along(const VoxelPosition& p, int axis) {
+    return {p.x + (axis == 0), p.y + (axis == 1), p.z + (axis == 2)};
+  }
+  PL_HD static VoxelPosition corner_of(const VoxelPosition& p, int c) {
+    return {p.x + (c & 1), p.y + (c >> 1 & 1), p.z + (c >> 2)};
+  }
 };
-
-PL_HD VoxelPosition voxel_position(const VolumeView& volume, int brick, int offset) {
-  const int rest = brick / volume.brick_stride;
-  return {brick % volume.brick_stride * kBrickSide + (offset & 7),
-          rest % volume.bricks * kBrickSide + (offset >> 3 & 7), rest / volume.bricks * kBrickSide + (offset >> 6)};
-}
-
-PL_HD Voxel<float> read_voxel(const VolumeView& volume, int x, int y, int z) {
-  return unpack<float>(volume.voxels[volume.index<std::int32_t>(x, y, z)]);
-}
-
-/// Edges that carry a vertex: both ends seen, one on either side of the surface.
-PL_HD int crossed_edges(const MeshBricks& in, const VoxelPosition& p) {
-  const Voxel<float> here = read_voxel(in.volume, p.x, p.y, p.z);
-  if (here.weight < in.min_weight) return 0;
-  const int last = in.volume.resolution() - 1;
-  int flags = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int x = p.x + (axis == 0), y = p.y + (axis == 1), z = p.z + (axis == 2);
-    if (x > last || y > last || z > last) continue;
-    const Voxel<float> there = read_voxel(in.volume, x, y, z);
-    if (there.weight >= in.min_weight && (here.distance < 0) != (there.distance < 0)) flags |= 1 << axis;
-  }
-  return flags;
-}
-
-/// Sign pattern of the cell whose lowest corner is p; 0 (no surface) where a corner was not seen.
-PL_HD int cell_pattern(const MeshBricks& in, const VoxelPosition& p) {
-  const int last = in.volume.resolution() - 1;
-  if (p.x >= last || p.y >= last || p.z >= last) return 0;
-  int inside = 0;
-  for (int c = 0; c < 8; ++c) {
-    const Voxel<float> corner = read_voxel(in.volume, p.x + (c & 1), p.y + (c >> 1 & 1), p.z + (c >> 2));
-    if (corner.weight < in.min_weight) return 0;
-    if (corner.distance < 0) inside |= 1 << c;
-  }
-  return inside;
-}
 
 /// First pass over one entry: which edges carry vertices, and how many vertices and triangles there are.
 struct CountBrick {
   MeshBricks in;
 
   PL_HD void operator()(int entry) const {
+    const MeshCells cells(in, entry);
     int vertices = 0, triangles = 0;
     for (int offset = 0; offset < kBrickVoxels; ++offset) {
-      const VoxelPosition p = voxel_position(in.volume, in.list[entry], offset);
-      const int flags = crossed_edges(in, p);
-      in.edges[static_cast<std::ptrdiff_t>(entry) * kBrickVoxels + offset] =
-          static_cast<EdgeRecord>(vertices << kEdgeFlagBits | flags);
+      const VoxelPosition p = position_in_brick(offset);
+      const int flags = cells.crossed_edges(p);
+      in.record(entry, offset) = static_cast<EdgeRecord>(vertices << kEdgeFlagBits | flags);
       vertices += (flags & 1) + (flags >> 1 & 1) + (flags >> 2);
-      triangles += in.table[cell_pattern(in, p)].count;
+      triangles += in.table[cells.pattern(p)].count;
     }
     in.vertex_count[entry] = vertices;
     in.triangle_count[entry] = triangles;
@@ -96,44 +117,32 @@ struct WriteBrick {
   std::uint32_t* triangles;  ///< 3 per triangle
 
   PL_HD void operator()(int entry) const {
+    const MeshCells cells(in, entry);
     int vertex = in.vertex_count[entry], triangle = in.triangle_count[entry];
     for (int offset = 0; offset < kBrickVoxels; ++offset) {
-      const int flags = in.edges[static_cast<std::ptrdiff_t>(entry) * kBrickVoxels + offset] & 7;
-      const VoxelPosition p = voxel_position(in.volume, in.list[entry], offset);
+      const int flags = in.record(entry, offset) & kEdgeFlags;
+      const VoxelPosition p = position_in_brick(offset);
       for (int axis = 0; axis < 3; ++axis) {
-        if ((flags >> axis & 1) != 0) write_vertex(vertex++, p, axis);
+        if ((flags >> axis & 1) != 0) write_vertex(vertex++, cells.around, p, axis);
       }
-      const CellTriangles& cell = in.table[cell_pattern(in, p)];
+      const CellTriangles& cell = in.table[cells.pattern(p)];
       for (int i = 0; i < cell.count; ++i, ++triangle) {
         for (int k = 0; k < 3; ++k)
-          triangles[3 * triangle + k] = vertex_of(p, cell.edges[static_cast<std::size_t>(3 * i + k)]);
+          triangles[3 * triangle + k] = cells.vertex_of(p, cell.edges[static_cast<std::size_t>(3 * i + k)]);
       }
     }
   }
 
  private:
-  /// Index of the vertex on a cell's edge: the edge belongs to its lower corner's voxel.
-  PL_HD std::uint32_t vertex_of(const VoxelPosition& p, int edge) const {
-    const int corner = edge_corner(edge), axis = edge / 4;
-    const int x = p.x + (corner & 1), y = p.y + (corner >> 1 & 1), z = p.z + (corner >> 2);
-    const int brick = in.volume.brick_index(x >> 3, y >> 3, z >> 3);
-    const int entry = in.position[brick];
-    const int offset = (x & 7) | (y & 7) << 3 | (z & 7) << 6;
-    const int record = in.edges[static_cast<std::ptrdiff_t>(entry) * kBrickVoxels + offset];
-    const int below = record & ((1 << axis) - 1);
-    return static_cast<std::uint32_t>(in.vertex_count[entry] + (record >> kEdgeFlagBits) + (below & 1) +
-                                      (below >> 1 & 1));
-  }
-
-  PL_HD void write_vertex(int vertex, const VoxelPosition& p, int axis) const {
-    const int x = p.x + (axis == 0), y = p.y + (axis == 1), z = p.z + (axis == 2);
-    const float here = read_voxel(in.volume, p.x, p.y, p.z).distance;
-    const float there = read_voxel(in.volume, x, y, z).distance;
+  PL_HD void write_vertex(int vertex, const BrickNeighbours& around, const VoxelPosition& p, int axis) const {
+    const VoxelAddress first = around.find(p), second = around.find(MeshCells::one_along(p, axis));
+    const float here = distance_of<float>(in.volume.voxel(first)), there = distance_of<float>(in.volume.voxel(second));
     // Kept off the ends, so that a distance of exactly zero does not make triangles without area.
     const float along = min(max(here / (here - there), 1e-3f), 1.0f - 1e-3f);
-    const Vec3<float> grid = {static_cast<float>(p.x) + (axis == 0 ? along : 0.0f),
-                              static_cast<float>(p.y) + (axis == 1 ? along : 0.0f),
-                              static_cast<float>(p.z) + (axis == 2 ? along : 0.0f)};
+    const VoxelPosition& origin = around.origin();
+    const Vec3<float> grid = {static_cast<float>(origin.x + p.x) + (axis == 0 ? along : 0.0f),
+                              static_cast<float>(origin.y + p.y) + (axis == 1 ? along : 0.0f),
+                              static_cast<float>(origin.z + p.z) + (axis == 2 ? along : 0.0f)};
     const float size = in.volume.voxel_size;
     float* position = positions + 3 * static_cast<std::ptrdiff_t>(vertex);
     position[0] = (grid.x + 0.5f) * size;
@@ -149,7 +158,7 @@ struct WriteBrick {
     normal[0] = n.x;
     normal[1] = n.y;
     normal[2] = n.z;
-    if (colors != nullptr) write_color(vertex, p, {x, y, z}, along);
+    if (colors != nullptr) write_color(vertex, first, second, along);
   }
 
   /// Unit gradient of the signed distance, zeros where a voxel around was not seen.
@@ -162,9 +171,9 @@ struct WriteBrick {
     return g * (1.0f / sqrt(squared));
   }
 
-  PL_HD void write_color(int vertex, const VoxelPosition& a, const VoxelPosition& b, float along) const {
-    const auto first = static_cast<std::uint32_t>(in.volume.colors[in.volume.index<std::int32_t>(a.x, a.y, a.z)]);
-    const auto second = static_cast<std::uint32_t>(in.volume.colors[in.volume.index<std::int32_t>(b.x, b.y, b.z)]);
+  PL_HD void write_color(int vertex, const VoxelAddress& a, const VoxelAddress& b, float along) const {
+    const auto first = static_cast<std::uint32_t>(in.volume.color(a));
+    const auto second = static_cast<std::uint32_t>(in.volume.color(b));
     const float seen_first = (first >> 24) != 0 ? 1.0f - along : 0.0f;
     const float seen_second = (second >> 24) != 0 ? along : 0.0f;
     const float total = seen_first + seen_second;

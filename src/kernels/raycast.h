@@ -1,10 +1,12 @@
 // Prediction of what the camera sees of the model: the zero crossing along each pixel's ray, and its normal.
 #pragma once
 
+#include "kernels/brick_map.h"
+#include "kernels/distance_sampler.h"
 #include "kernels/integrate.h"
 #include "kernels/lane.h"
 #include "kernels/preprocess.h"
-#include "kernels/volume_view.h"
+#include "kernels/voxel.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/vec3.h"
 
@@ -28,7 +30,7 @@ struct RayTiles {
 
 /// Finds them by projecting the bricks. Lanes run along x over bricks.
 struct RaySpans {
-  VolumeView volume;
+  BrickMap volume;
   RaySpanView spans;
   Pinhole camera;
   RigidTransform camera_from_volume;
@@ -36,15 +38,12 @@ struct RaySpans {
 
   /// `tiles` gets a call of widen(valid, rectangles, nearest, farthest) for bricks in view.
   template <class F, class Tiles>
-  PL_HD void operator()(int bx, int row, Tiles& tiles) const {
-    const int by = row % volume.bricks, bz = row / volume.bricks;
-    auto seen = inside_row<F>(bx, volume.bricks) &&
-                equal(load_int<F>(volume.occupied + volume.brick_index(bx, by, bz)), Int<F>(kBrickSolid));
+  PL_HD void operator()(int x, int row, Tiles& tiles) const {
+    const BrickLanes<F> bricks = volume.bricks_at<F>(x, row);
+    auto seen = bricks.exist() && equal(bricks.states(), Int<F>(kBrickSolid));
     if (!any(seen)) return;
-    const float size = volume.voxel_size * kBrickSide, half = 0.501f * size;  // a hair more than the brick
-    const Vec3<F> centre = camera_from_volume.apply(Vec3<F>{(Lane<F>::index() + (static_cast<float>(bx) + 0.5f)) * size,
-                                                            F((static_cast<float>(by) + 0.5f) * size),
-                                                            F((static_cast<float>(bz) + 0.5f) * size)});
+    const float half = 0.501f * volume.brick_size();  // a hair more than the brick
+    const Vec3<F> centre = camera_from_volume.apply(bricks.centres());
     const float* r = camera_from_volume.r;
     const F reach(half * (abs(r[6]) + abs(r[7]) + abs(r[8])));
     const F near = max(centre.z - reach, F(min_distance)), far = centre.z + reach;
@@ -54,10 +53,10 @@ struct RaySpans {
     const auto beyond = centre.z - reach > F(1e-2f);
     F u0(1e30f), u1(-1e30f), v0(1e30f), v1(-1e30f);
     for (int corner = 0; corner < 8; ++corner) {
-      const float x = corner & 1 ? half : -half, y = corner & 2 ? half : -half, z = corner & 4 ? half : -half;
-      const F inverse = F(1.0f) / select(beyond, centre.z + (r[6] * x + r[7] * y + r[8] * z), F(1.0f));
-      const F u = madd((centre.x + (r[0] * x + r[1] * y + r[2] * z)) * inverse, F(camera.fx), F(camera.cx));
-      const F v = madd((centre.y + (r[3] * x + r[4] * y + r[5] * z)) * inverse, F(camera.fy), F(camera.cy));
+      const float dx = corner & 1 ? half : -half, dy = corner & 2 ? half : -half, dz = corner & 4 ? half : -half;
+      const F inverse = F(1.0f) / select(beyond, centre.z + (r[6] * dx + r[7] * dy + r[8] * dz), F(1.0f));
+      const F u = madd((centre.x + (r[0] * dx + r[1] * dy + r[2] * dz)) * inverse, F(camera.fx), F(camera.cx));
+      const F v = madd((centre.y + (r[3] * dx + r[4] * dy + r[5] * dz)) * inverse, F(camera.fy), F(camera.cy));
       u0 = min(u0, u);
       u1 = max(u1, u);
       v0 = min(v0, v);
@@ -79,7 +78,7 @@ struct RaySpans {
 /// parameter of the hit *is* the predicted depth. Bricks without a voxel behind a surface are skipped whole. Lanes are
 /// a block of rays: neighbours are through after about as many steps.
 struct Raycast {
-  VolumeView volume;
+  BrickMap volume;
   PlaneView<float> depth;
   NormalPlanes normals;  ///< in the camera's frame
   Pinhole camera;
@@ -176,23 +175,6 @@ struct Raycast {
     }
   };
 
-  /// The voxel that a point lies in, clamped to the volume.
-  template <class F>
-  struct Place {
-    Int<F> bx, by, bz, brick, voxel;
-  };
-  template <class F>
-  PL_HD Place<F> locate(const Vec3<F>& p) const {
-    const F zero(0.0f), high(static_cast<float>(volume.resolution()) - 0.01f);
-    const Int<F> x = to_int(min(max(p.x, zero), high)), y = to_int(min(max(p.y, zero), high)),
-                 z = to_int(min(max(p.z, zero), high)), seven(7);
-    Place<F> place{shift_right<3>(x), shift_right<3>(y), shift_right<3>(z), {}, {}};
-    place.brick = volume.brick_index(place.bx, place.by, place.bz);
-    const Int<F> local = (x & seven) + shift_left<3>(y & seven) + shift_left<6>(z & seven);
-    place.voxel = shift_left<9>(place.brick) + local;
-    return place;
-  }
-
   /// Steps along the rays until the signed distance turns from positive to negative between two voxels that were seen.
   /// On return `t` lies behind the crossing and `t_before` before it.
   template <class F>
@@ -203,11 +185,11 @@ struct Raycast {
     auto hit = active && !active;
     F previous = zero, t_previous = *t;
     while (any(active)) {
-      const Place<F> place = locate<F>(ray.at(*t));
-      const auto solid = active && equal(gather_int(volume.occupied, place.brick), Int<F>(kBrickSolid));
+      const VoxelLanes<F> here = volume.voxels_at<F>(ray.at(*t));
+      const auto solid = active && equal(volume.states_of(here), Int<F>(kBrickSolid));
       F value = zero, step = zero;
       if (any(solid)) {
-        value = select(solid, distance_of<F>(gather_int(volume.voxels, place.voxel)), zero);
+        value = select(solid, distance_of<F>(volume.words_of(here)), zero);
         // A projective distance over-estimates when seen from elsewhere, hence the factor.
         step = max(value * longest, one) * voxel_step;
         const auto inside = solid && value < zero;
@@ -216,7 +198,7 @@ struct Raycast {
           const auto unseen = inside && previous == zero;
           if (any(unseen)) {
             const F back = *t - voxel_step;
-            const F seen = distance_of<F>(gather_int(volume.voxels, locate<F>(ray.at(back)).voxel));
+            const F seen = distance_of<F>(volume.words_of(volume.voxels_at<F>(ray.at(back))));
             previous = select(unseen, seen, previous);
             t_previous = select(unseen, back, t_previous);
           }
@@ -232,7 +214,7 @@ struct Raycast {
       }
       if (any(active && !solid)) {
         // A brick is left by a hair's breadth, so that the next look-up falls into its neighbour.
-        const F leaves = brick_end.leaves_at({to_float(place.bx), to_float(place.by), to_float(place.bz)});
+        const F leaves = brick_end.leaves_at(here.brick_position());
         step = select(solid, step, madd(voxel_step, F(0.01f), max(leaves - *t, zero)));
       }
       previous = select(active, value, previous);

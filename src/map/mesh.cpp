@@ -1,6 +1,6 @@
 // The volume's surface as a mesh on the host.
 #include <algorithm>
-#include <numeric>
+#include <vector>
 
 #include "map/volume.h"
 #include "plumbline/mesh.h"
@@ -41,64 +41,53 @@ void transform(const SE3& world_from_volume, Mesh* mesh) {
   }
 }
 
+/// For each of `slots` bricks its entry in a list, −1 for those that are not listed.
+std::vector<std::int32_t> entry_of_each(const std::vector<std::int32_t>& list, int slots) {
+  std::vector<std::int32_t> entries(static_cast<std::size_t>(slots), -1);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    entries[static_cast<std::size_t>(list[i])] = static_cast<std::int32_t>(i);
+  return entries;
+}
+
 }  // namespace
 
 Mesh Volume::extract_mesh(const MeshParameters& parameters) const {
   const Backend& backend = *backend_;
-  const auto slots = static_cast<std::size_t>(brick_slots());
-  const auto ints = [&](std::size_t count) {
-    return backend.allocate(std::max<std::size_t>(1, count) * sizeof(std::int32_t));
-  };
-  const auto as_ints = [](const Buffer& buffer) { return static_cast<std::int32_t*>(buffer.get()); };
-
-  const Buffer list = ints(slots), position = ints(slots);
-  const int entries = backend.compact(view_.occupied, brick_slots(), as_ints(list));
+  const int slots = view_.slots();
+  DeviceArray<std::int32_t> list(backend, static_cast<std::size_t>(slots));
+  const int entries = backend.compact(view_.states(), slots, list.data());
   const auto count = static_cast<std::size_t>(entries);
-  std::vector<std::int32_t> host_list(count), host_position(slots, -1);
-  backend.download(host_list.data(), list.get(), count * sizeof(std::int32_t));
-  for (std::size_t i = 0; i < count; ++i)
-    host_position[static_cast<std::size_t>(host_list[i])] = static_cast<std::int32_t>(i);
-  backend.upload(position.get(), host_position.data(), slots * sizeof(std::int32_t));
-  const Buffer table = backend.allocate(sizeof kernels::kCellTable);
-  backend.upload(table.get(), kernels::kCellTable.data(), sizeof kernels::kCellTable);
-  const Buffer edges =
-      backend.allocate(std::max<std::size_t>(1, count) * kernels::kBrickVoxels * sizeof(kernels::EdgeRecord));
-  const Buffer vertex_count = ints(count), triangle_count = ints(count);
+  const DeviceArray<std::int32_t> position(backend, entry_of_each(list.download(backend, count), slots));
+  const DeviceArray<kernels::CellTriangles> table(backend, kernels::kCellTable);
+  const DeviceArray<kernels::EdgeRecord> edges(backend, count * kernels::kBrickVoxels);
+  const DeviceArray<std::int32_t> vertex_count(backend, count), triangle_count(backend, count);
 
   // Never more than a voxel can have: that of a short run, or of a low cap.
   const int min_weight = std::min({std::max(frames_, 1), parameters.min_weight, parameters_.max_weight});
   const kernels::MeshBricks bricks{view_,
-                                   as_ints(list),
-                                   as_ints(position),
-                                   static_cast<kernels::EdgeRecord*>(edges.get()),
-                                   as_ints(vertex_count),
-                                   as_ints(triangle_count),
-                                   static_cast<const kernels::CellTriangles*>(table.get()),
+                                   list.data(),
+                                   position.data(),
+                                   edges.data(),
+                                   vertex_count.data(),
+                                   triangle_count.data(),
+                                   table.data(),
                                    static_cast<float>(min_weight)};
   backend.run(kernels::CountBrick{bricks}, entries);
-  const auto vertices = static_cast<std::size_t>(backend.scan(bricks.vertex_count, entries));
-  const auto triangles = static_cast<std::size_t>(backend.scan(bricks.triangle_count, entries));
+  const auto vertices = static_cast<std::size_t>(backend.scan(vertex_count.data(), entries));
+  const auto triangles = static_cast<std::size_t>(backend.scan(triangle_count.data(), entries));
 
   Mesh mesh;
   if (triangles == 0) return mesh;
-  const bool with_color = view_.colors != nullptr;
-  const Buffer positions = backend.allocate(vertices * sizeof(Mesh::Float3));
-  const Buffer normals = backend.allocate(vertices * sizeof(Mesh::Float3));
-  const Buffer colors = with_color ? backend.allocate(vertices * sizeof(Mesh::Rgb)) : nullptr;
-  const Buffer indices = backend.allocate(triangles * sizeof(Mesh::Triangle));
-  backend.run(kernels::WriteBrick{bricks, static_cast<float*>(positions.get()), static_cast<float*>(normals.get()),
-                                  static_cast<std::uint8_t*>(colors.get()), static_cast<std::uint32_t*>(indices.get())},
+  const DeviceArray<Mesh::Float3> positions(backend, vertices), normals(backend, vertices);
+  const DeviceArray<Mesh::Rgb> colors(backend, view_.has_color() ? vertices : 0);
+  const DeviceArray<Mesh::Triangle> indices(backend, triangles);
+  backend.run(kernels::WriteBrick{bricks, positions.parts<float>(), normals.parts<float>(),
+                                  colors.parts<std::uint8_t>(), indices.parts<std::uint32_t>()},
               entries);
-  mesh.positions.resize(vertices);
-  mesh.normals.resize(vertices);
-  mesh.triangles.resize(triangles);
-  backend.download(mesh.positions.data(), positions.get(), vertices * sizeof(Mesh::Float3));
-  backend.download(mesh.normals.data(), normals.get(), vertices * sizeof(Mesh::Float3));
-  backend.download(mesh.triangles.data(), indices.get(), triangles * sizeof(Mesh::Triangle));
-  if (with_color) {
-    mesh.colors.resize(vertices);
-    backend.download(mesh.colors.data(), colors.get(), vertices * sizeof(Mesh::Rgb));
-  }
+  mesh.positions = positions.download(backend);
+  mesh.normals = normals.download(backend);
+  mesh.triangles = indices.download(backend);
+  mesh.colors = colors.download(backend);
   drop_unused_vertices(&mesh);
   transform(world_from_volume_, &mesh);
   return mesh;

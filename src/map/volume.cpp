@@ -16,11 +16,6 @@ constexpr float kModelDecimationRange = 0.09f;
 
 int round_up(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
 
-template <class T>
-T* pointer(const Buffer& buffer) {
-  return static_cast<T*>(buffer.get());
-}
-
 /// The middle 96 % of the values on each axis: a few stray readings do not decide.
 std::pair<double, double> robust_range(std::vector<double>& values) {
   const std::size_t cut = values.size() / 50;
@@ -77,20 +72,17 @@ VolumePlacementResult place_volume(const VolumeParameters& parameters, const Pin
 
 Volume::Volume(const VolumeParameters& parameters, const Pinhole& camera, const Backend& backend, bool with_color)
     : backend_(&backend), parameters_(parameters) {
-  view_.bricks = round_up(parameters.resolution, kernels::kBrickSide) / kernels::kBrickSide;
-  view_.brick_stride = round_up(view_.bricks, 16);
+  view_ = kernels::BrickMap(parameters.resolution);
   view_.truncation = static_cast<float>(parameters.truncation);
-  const auto slots = static_cast<std::size_t>(brick_slots());
-  const std::size_t bytes = slots * kernels::kBrickVoxels * sizeof(std::int32_t);
-  voxels_ = backend.allocate(bytes);
-  if (with_color) colors_ = backend.allocate(bytes);
-  occupied_ = backend.allocate((slots + 16) * sizeof(std::int32_t));
-  marked_ = backend.allocate((slots + 16) * sizeof(std::int32_t));
-  list_ = backend.allocate(slots * sizeof(std::int32_t));
-  listed_ = backend.allocate(sizeof(std::int32_t));
-  view_.voxels = pointer<std::int32_t>(voxels_);
-  view_.colors = pointer<std::int32_t>(colors_);
-  view_.occupied = pointer<std::int32_t>(occupied_);
+  const std::size_t voxels = view_.voxel_words();
+  const auto states = static_cast<std::size_t>(view_.state_words());
+  voxels_ = DeviceArray<std::int32_t>(backend, voxels);
+  if (with_color) colors_ = DeviceArray<std::int32_t>(backend, voxels);
+  states_ = DeviceArray<std::int32_t>(backend, states);
+  marked_ = DeviceArray<std::int32_t>(backend, states);
+  list_ = DeviceArray<std::int32_t>(backend, static_cast<std::size_t>(view_.slots()));
+  listed_ = DeviceArray<std::int32_t>(backend, 1);
+  view_.keep_in(voxels_.data(), colors_.data(), states_.data());
   make_depth_range(camera);
   place({SE3(), parameters.side});
 }
@@ -98,14 +90,13 @@ Volume::Volume(const VolumeParameters& parameters, const Pinhole& camera, const 
 void Volume::place(const VolumePlacementResult& placement) {
   world_from_volume_ = placement.world_from_volume;
   view_.voxel_size = static_cast<float>(placement.side / view_.resolution());
-  const auto slots = static_cast<std::size_t>(brick_slots());
   if (frames_ > 0) {  // fresh memory is zero and must not be touched: untouched pages cost nothing
-    backend_->clear(view_.voxels, slots * kernels::kBrickVoxels * sizeof(std::int32_t));
-    if (view_.colors != nullptr) backend_->clear(view_.colors, slots * kernels::kBrickVoxels * sizeof(std::int32_t));
-    backend_->clear(view_.occupied, slots * sizeof(std::int32_t));
+    voxels_.clear(*backend_);
+    colors_.clear(*backend_);
+    states_.clear(*backend_);
   }
   frames_ = 0;
-  backend_->clear(listed_.get(), sizeof(std::int32_t));
+  listed_.clear(*backend_);
 }
 
 void Volume::make_depth_range(const Pinhole& camera) {
@@ -120,27 +111,20 @@ void Volume::make_depth_range(const Pinhole& camera) {
     columns = (columns + 1) / 2;
     rows = (rows + 1) / 2;
   }
-  range_nearest_ = backend_->allocate(static_cast<std::size_t>(total) * sizeof(float));
-  range_farthest_ = backend_->allocate(static_cast<std::size_t>(total) * sizeof(float));
+  range_nearest_ = DeviceArray<float>(*backend_, static_cast<std::size_t>(total));
+  range_farthest_ = DeviceArray<float>(*backend_, static_cast<std::size_t>(total));
   std::vector<std::int32_t> first, stride;
   for (const RangeLevel& level : range_levels_) {
     first.push_back(level.first);
     stride.push_back(level.stride);
   }
-  const std::size_t bytes = first.size() * sizeof(std::int32_t);
-  range_first_ = backend_->allocate(bytes);
-  range_stride_ = backend_->allocate(bytes);
-  backend_->upload(range_first_.get(), first.data(), bytes);
-  backend_->upload(range_stride_.get(), stride.data(), bytes);
-  range_ = {pointer<float>(range_nearest_), pointer<float>(range_farthest_), pointer<std::int32_t>(range_first_),
-            pointer<std::int32_t>(range_stride_), static_cast<int>(range_levels_.size())};
+  range_first_ = DeviceArray<std::int32_t>(*backend_, first);
+  range_stride_ = DeviceArray<std::int32_t>(*backend_, stride);
+  range_ = {range_nearest_.data(), range_farthest_.data(), range_first_.data(), range_stride_.data(),
+            static_cast<int>(range_levels_.size())};
 }
 
-int Volume::bricks_updated() const {
-  std::int32_t count = 0;
-  backend_->download(&count, listed_.get(), sizeof count);
-  return count;
-}
+int Volume::bricks_updated() const { return listed_.download(*backend_).front(); }
 
 void Volume::measure_depth_range(const Plane<float>& depth) const {
   const RangeLevel& base = range_levels_.front();
@@ -156,12 +140,11 @@ void Volume::integrate(const Plane<float>& depth, const Plane<std::int32_t>* col
                        const SE3& world_from_camera) {
   const RigidTransform camera_from_volume = to_kernel(world_from_camera.inverse() * world_from_volume_);
   measure_depth_range(depth);
-  backend_->run(kernels::MarkBricks{view_, range_, camera, camera_from_volume, pointer<std::int32_t>(marked_)});
+  backend_->run(kernels::MarkBricks{view_, range_, camera, camera_from_volume, marked_.data()});
   const PlaneView<const std::int32_t> colors = color != nullptr ? read_only(*color) : PlaneView<const std::int32_t>{};
   const kernels::Integrate kernel{view_,  read_only(depth),   colors,
                                   camera, camera_from_volume, static_cast<float>(parameters_.max_weight)};
-  backend_->integrate_marked(kernel, pointer<std::int32_t>(marked_), brick_slots(), pointer<std::int32_t>(list_),
-                             pointer<std::int32_t>(listed_));
+  backend_->integrate_marked(kernel, marked_.data(), view_.slots(), list_.data(), listed_.data());
   ++frames_;
 }
 
@@ -173,11 +156,8 @@ kernels::RaySpanView Volume::span_rays(const SE3& world_from_camera, const Pinho
   spans.rows = tiles_along(camera.height);
   spans.stride = round_up(spans.columns + 1, 16);  // a lane may begin in the last tile and end beyond it
   const std::size_t tiles = static_cast<std::size_t>(spans.stride) * static_cast<std::size_t>(spans.rows);
-  if (span_tiles_ < tiles) {
-    spans_ = backend_->allocate(2 * tiles * sizeof(float));
-    span_tiles_ = tiles;
-  }
-  spans.nearest = pointer<float>(spans_);
+  if (spans_.size() < 2 * tiles) spans_ = DeviceArray<float>(*backend_, 2 * tiles);
+  spans.nearest = spans_.data();
   spans.farthest = spans.nearest + tiles;
   backend_->run(kernels::RaySpans{view_, spans, camera, to_kernel(world_from_camera.inverse() * world_from_volume_),
                                   min_distance});

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "backend/maps.h"
+#include "core/device_array.h"
+#include "kernels/brick_map.h"
 #include "plumbline/image.h"
 #include "plumbline/mesh.h"
 #include "plumbline/parameters.h"
@@ -43,13 +45,12 @@ class Volume {
   double side() const { return view_.voxel_size * static_cast<double>(view_.resolution()); }
   double voxel_size() const { return view_.voxel_size; }
   int bricks_updated() const;  ///< by the last frame
-  const kernels::VolumeView& view() const { return view_; }
+  const kernels::BrickMap& view() const { return view_; }
 
  private:
   void make_depth_range(const Pinhole& camera);
   kernels::RaySpanView span_rays(const SE3& world_from_camera, const Pinhole& camera, float min_distance) const;
   void measure_depth_range(const Plane<float>& depth) const;
-  int brick_slots() const { return view_.bricks * view_.bricks * view_.brick_stride; }
 
   struct RangeLevel {
     int first, columns, rows, stride;
@@ -58,11 +59,11 @@ class Volume {
   const Backend* backend_;
   VolumeParameters parameters_;
   SE3 world_from_volume_;
-  kernels::VolumeView view_;
-  Buffer voxels_, colors_, occupied_, marked_, list_, listed_;
-  mutable Buffer spans_;  ///< of the last prediction's rays; scratch
-  mutable std::size_t span_tiles_ = 0;
-  Buffer range_nearest_, range_farthest_, range_first_, range_stride_;
+  kernels::BrickMap view_;
+  DeviceArray<std::int32_t> voxels_, colors_, states_, marked_, list_, listed_;
+  mutable DeviceArray<float> spans_;  ///< of the previous prediction's rays; scratch
+  DeviceArray<float> range_nearest_, range_farthest_;
+  DeviceArray<std::int32_t> range_first_, range_stride_;
   kernels::DepthRangeView range_;
   std::vector<RangeLevel> range_levels_;
   int frames_ = 0;

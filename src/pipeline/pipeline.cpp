@@ -278,8 +278,7 @@ void Pipeline::State::believe(const Frame& frame, const TrackingResult& tracking
 
 Image<std::uint8_t> Pipeline::State::explain(const TrackingResult& tracking) const {
   const DepthLevel& live_level = live.pyramid()[static_cast<std::size_t>(parameters.tracking.finest_level)];
-  const Plane<std::uint8_t> use(live_level.camera.width, live_level.camera.height,
-                                [&](std::size_t bytes) { return backend.allocate(bytes); });
+  const Plane<std::uint8_t> use(live_level.camera.width, live_level.camera.height, backend);
   kernels::IcpInput in = icp_input(live_level, model.front());
   const kernels::RegistrationRules rules = registration_rules(parameters.tracking);
   rules.set_gates(world_from_model.inverse() * tracking.world_from_camera, tracking.median_distance, &in);

@@ -10,10 +10,6 @@
 namespace plumbline {
 namespace {
 
-// Window of the integral-image normals: 3 px half-size at 1 m, growing with depth as the noise does.
-constexpr float kIntegralRadiusPerMetre = 3.0f;
-constexpr int kIntegralMaxRadius = 15;
-
 /// Whether a reading survives `kernels::ToMetres`, by the same arithmetic.
 bool any_in_range(const Frame& frame, const PreprocessParameters& parameters) {
   const auto metres_per_reading = static_cast<float>(1 / frame.depth_scale);
@@ -34,14 +30,9 @@ LiveFrame::LiveFrame(const Pinhole& camera, const PreprocessParameters& paramete
       parameters_(parameters),
       finest_level_(static_cast<std::size_t>(finest_level)),
       pyramid_(make_pyramid(camera, levels, backend)) {
-  const auto allocate = [&](std::size_t bytes) { return backend.allocate(bytes); };
-  readings_ = {camera.width, camera.height, allocate};
-  raw_depth_ = {camera.width, camera.height, allocate};
-  if (with_color) color_ = {camera.width, camera.height, allocate};
-  if (parameters.normals == NormalMethod::integral) {
-    for (Plane<std::int32_t>* plane : {&integral_x_, &integral_y_, &integral_z_, &integral_edges_})
-      *plane = {camera.width, camera.height, allocate};
-  }
+  readings_ = {camera.width, camera.height, backend};
+  raw_depth_ = {camera.width, camera.height, backend};
+  if (with_color) color_ = {camera.width, camera.height, backend};
 }
 
 void LiveFrame::prepare(const Frame& frame) {
@@ -56,7 +47,9 @@ void LiveFrame::prepare(const Frame& frame) {
   if (has_color_) upload_color(frame.color);
 
   make_pyramid_of(frame);
-  for (std::size_t level = finest_level_; level < pyramid_.size(); ++level) estimate_normals(pyramid_[level]);
+  for (std::size_t level = finest_level_; level < pyramid_.size(); ++level)
+    estimate_plane_normals(*backend_, pyramid_[level], parameters_.normal_radius,
+                           static_cast<float>(parameters_.normal_depth_gate));
 }
 
 void LiveFrame::to_metres(const Frame& frame, const Plane<float>& depth) const {
@@ -83,32 +76,6 @@ void LiveFrame::make_pyramid_of(const Frame& frame) {
                                          static_cast<float>(parameters_.decimation_range)});
     finer = &pyramid_[level].depth;
   }
-}
-
-void LiveFrame::estimate_normals(DepthLevel& level) {
-  const PlaneView<const float> depth = read_only(level.depth);
-  const auto gate = static_cast<float>(parameters_.normal_depth_gate);
-  if (parameters_.normals == NormalMethod::plane)
-    return estimate_plane_normals(*backend_, level, parameters_.normal_radius, gate);
-
-  // The integral planes are made for the finest level; a coarser one uses their upper left part.
-  const auto part = [&](const Plane<std::int32_t>& plane) {
-    PlaneView<std::int32_t> view = plane.view();
-    view.width = depth.width;
-    view.height = depth.height;
-    return view;
-  };
-  const PlaneView<std::int32_t> planes[4] = {part(integral_x_), part(integral_y_), part(integral_z_),
-                                             part(integral_edges_)};
-  backend_->run(kernels::IntegralInput{depth, level.camera, gate, planes[0], planes[1], planes[2], planes[3]});
-  for (const PlaneView<std::int32_t>& plane : planes) backend_->integral_image(plane);
-  const auto constant = [](const PlaneView<std::int32_t>& view) {
-    return PlaneView<const std::int32_t>{view.data, view.width, view.height, view.stride};
-  };
-  const float scale = static_cast<float>(depth.width) / static_cast<float>(pyramid_.front().camera.width);
-  backend_->run(kernels::IntegralNormals{depth, constant(planes[0]), constant(planes[1]), constant(planes[2]),
-                                         constant(planes[3]), level.normals(), level.camera,
-                                         kIntegralRadiusPerMetre * scale, kIntegralMaxRadius});
 }
 
 void LiveFrame::upload_color(const ColorImage& color) {

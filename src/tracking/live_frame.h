@@ -29,7 +29,6 @@ class LiveFrame {
   void upload_color(const ColorImage& color);
   void to_metres(const Frame& frame, const Plane<float>& depth) const;
   void make_pyramid_of(const Frame& frame);
-  void estimate_normals(DepthLevel& level);
 
   const Backend* backend_;
   PreprocessParameters parameters_;
@@ -37,7 +36,6 @@ class LiveFrame {
   Plane<std::uint16_t> readings_;
   Plane<float> raw_depth_;
   Plane<std::int32_t> color_;
-  Plane<std::int32_t> integral_x_, integral_y_, integral_z_, integral_edges_;
   DepthPyramid pyramid_;
   bool has_color_ = false, has_depth_ = false;
 };

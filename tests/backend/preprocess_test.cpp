@@ -54,24 +54,6 @@ class Preprocess : public test::LaneTest {
     EXPECT_EQ(dirty_padding(backend(), level), 0);
     return test::to_view(backend(), level);
   }
-
-  test::View integral_normals(const Image<float>& depth, const Pinhole& camera, float edge_fraction = 0.03f) const {
-    DepthLevel level(camera, backend());
-    upload(backend(), depth, level.depth);
-    Plane<std::int32_t> sums[4];
-    for (auto& plane : sums) plane = make_plane<std::int32_t>(backend(), depth.width, depth.height);
-    backend().run(kernels::IntegralInput{read_only(level.depth), camera, edge_fraction, sums[0].view(), sums[1].view(),
-                                         sums[2].view(), sums[3].view()});
-    for (const auto& plane : sums) {
-      EXPECT_EQ(dirty_padding(backend(), plane), 0);
-      backend().integral_image(plane.view());
-      EXPECT_EQ(dirty_padding(backend(), plane), 0);
-    }
-    backend().run(kernels::IntegralNormals{read_only(level.depth), read_only(sums[0]), read_only(sums[1]),
-                                           read_only(sums[2]), read_only(sums[3]), level.normals(), camera, 3.0f, 15});
-    EXPECT_EQ(dirty_padding(backend(), level), 0);
-    return test::to_view(backend(), level);
-  }
 };
 
 /// The desk with a centimetre of noise and a tenth of the readings missing.
@@ -297,42 +279,28 @@ TEST_P(Preprocess, PlaneNormalsOfSlantedPlanes) {
   }
 }
 
-TEST_P(Preprocess, IntegralNormalsOfSlantedPlanes) {
-  for (const SlantedPlane& plane : slanted_planes()) {
-    const test::View estimate = integral_normals(plane.view.depth, plane.camera);
-    const std::vector<double> errors = normal_errors(estimate, plane.view);
-    const auto inner = static_cast<std::size_t>((plane.camera.width - 2) * (plane.camera.height - 2));
-    EXPECT_EQ(errors.size(), inner) << "every pixel but the outermost has a normal";
-    EXPECT_LT(test::quantile(errors, 1), 0.5 * kRadiansPerDegree);
-  }
-}
-
 TEST_P(Preprocess, NormalsOfASphere) {
   const sim::AnalyticScene scene{{sim::sphere({0.1, -0.05, 1.5}, 0.5)}};
   for (const float sign : {1.0f, -1.0f}) {
     Pinhole camera = test::pinhole(kWidth, kHeight);
     camera.fy *= sign;
     const test::View truth = test::view_of(scene, camera, SE3());
-    const std::vector<double> by_plane = normal_errors(plane_normals(truth.depth, camera), truth);
-    const std::vector<double> by_integral = normal_errors(integral_normals(truth.depth, camera), truth);
-    EXPECT_GT(by_plane.size(), 4000u);
-    EXPECT_GT(by_integral.size(), 4000u);
-    EXPECT_LT(test::quantile(by_plane, 0.5), 1 * kRadiansPerDegree);
-    EXPECT_LT(test::quantile(by_integral, 0.5), 1 * kRadiansPerDegree);
+    const std::vector<double> errors = normal_errors(plane_normals(truth.depth, camera), truth);
+    EXPECT_GT(errors.size(), 4000u);
+    EXPECT_LT(test::quantile(errors, 0.5), 1 * kRadiansPerDegree);
   }
 }
 
 TEST_P(Preprocess, NoReadingHasNoNormal) {
   const Pinhole camera = test::pinhole(kWidth, kHeight);
   const Image<float> depth = noisy_desk(kWidth, kHeight);
-  const test::View by_plane = plane_normals(depth, camera), by_integral = integral_normals(depth, camera);
+  const test::View normals = plane_normals(depth, camera);
   int without = 0;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
       if (depth.at(u, v) > 0) continue;
       ++without;
-      ASSERT_EQ(by_plane.normal(u, v).norm(), 0);
-      ASSERT_EQ(by_integral.normal(u, v).norm(), 0);
+      ASSERT_EQ(normals.normal(u, v).norm(), 0);
     }
   }
   EXPECT_GT(without, 1000);
@@ -355,19 +323,6 @@ TEST_P(Preprocess, PlaneNormalsDoNotMixTheSidesOfAnEdge) {
   for (int v = 0; v < 40; ++v) {
     for (int u = 0; u < kWidth; ++u)
       ASSERT_LT(test::angle_between(view.normal(u, v), {0, 0, -1}), 0.1 * kRadiansPerDegree) << u << ", " << v;
-  }
-}
-
-TEST_P(Preprocess, IntegralNormalsAreLeftOutNextToAnEdge) {
-  const Image<float> depth = step_edge(kWidth, 40, 80, 1.0f, 1.5f);
-  const test::View view = integral_normals(depth, test::pinhole(kWidth, 40));
-  for (int v = 1; v < 39; ++v) {
-    EXPECT_EQ(view.normal(79, v).norm(), 0) << "the smallest window holds both sides";
-    EXPECT_EQ(view.normal(80, v).norm(), 0);
-    for (int u = 1; u < kWidth - 1; ++u) {
-      if (u >= 78 && u <= 81) continue;
-      ASSERT_LT(test::angle_between(view.normal(u, v), {0, 0, -1}), 0.5 * kRadiansPerDegree) << u << ", " << v;
-    }
   }
 }
 

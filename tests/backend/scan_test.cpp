@@ -1,4 +1,4 @@
-// The launchers' own arithmetic: prefix sums, compaction and integral images, against brute force, where chunks begin
+// The launchers' own arithmetic: prefix sums and compaction, against brute force, where chunks begin
 // and end, with one thread and several.
 #include <tbb/global_control.h>
 
@@ -71,32 +71,6 @@ TEST_P(Scan, ATotalThatThirtyTwoBitsCannotHoldIsAnError) {
   EXPECT_THROW(backend().scan(many.data(), 100000), Error);
 }
 
-struct Size {
-  int width, height;
-};
-
-TEST_P(Scan, IntegralImageIsTheSumOfTheRectangle) {
-  test::Random random(3);
-  for (const Size& size : {Size{1, 1}, {64, 1}, {1, 65}, {63, 5}, {65, 9}, {161, 121}, {700, 3}}) {
-    Image<std::int32_t> values(size.width, size.height);
-    // Large enough to wrap: differences of wrapped sums are exact.
-    for (std::int32_t& value : values.pixels) value = random.integer(-2000000000, 2000000000);
-    const auto plane = test::to_plane(backend(), values);
-    backend().integral_image(plane.view());
-    EXPECT_EQ(test::dirty_padding(backend(), plane), 0);
-    const Image<std::int32_t> sums = download(backend(), plane);
-    std::vector<std::uint32_t> above(static_cast<std::size_t>(size.width), 0);
-    for (int y = 0; y < size.height; ++y) {
-      std::uint32_t row = 0;
-      for (int x = 0; x < size.width; ++x) {
-        row += static_cast<std::uint32_t>(values.at(x, y));
-        above[static_cast<std::size_t>(x)] += row;
-        ASSERT_EQ(static_cast<std::uint32_t>(sums.at(x, y)), above[static_cast<std::size_t>(x)]) << x << ", " << y;
-      }
-    }
-  }
-}
-
 INSTANTIATE_TEST_SUITE_P(Threads, Scan, testing::Values(1, 2, 7), testing::PrintToStringParamName());
 
 TEST(CpuBackend, KnowsItsInstructionSets) {
@@ -128,16 +102,16 @@ TEST(CpuBackend, IsFoundByName) {
 TEST(CpuBackend, MemoryIsZeroedAndCopied) {
   const auto backend = make_cpu_backend(1);
   std::vector<std::uint8_t> bytes(100003), back(bytes.size());
-  const Buffer buffer = backend->allocate(bytes.size());
-  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(buffer.get()) % 64, 0u);
-  backend->download(back.data(), buffer.get(), back.size());
+  const DeviceArray<std::uint8_t> array(*backend, bytes.size());
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(array.data()) % 64, 0u);
+  backend->download(back.data(), array.data(), back.size());
   EXPECT_EQ(back, bytes) << "not zero";
   std::iota(bytes.begin(), bytes.end(), std::uint8_t{1});
-  backend->upload(buffer.get(), bytes.data(), bytes.size());
-  backend->download(back.data(), buffer.get(), back.size());
+  backend->upload(array.data(), bytes.data(), bytes.size());
+  backend->download(back.data(), array.data(), back.size());
   EXPECT_EQ(back, bytes);
-  backend->clear(buffer.get(), bytes.size() - 1);
-  backend->download(back.data(), buffer.get(), back.size());
+  backend->clear(array.data(), bytes.size() - 1);
+  backend->download(back.data(), array.data(), back.size());
   EXPECT_EQ(std::count(back.begin(), back.end() - 1, 0), static_cast<std::ptrdiff_t>(back.size() - 1));
   EXPECT_EQ(back.back(), bytes.back()) << "cleared too much";
 }

@@ -63,7 +63,6 @@ TEST(Config, PrintedParametersReadBackToTheBit) {
   p.preprocess.min_depth = 0.1 + 0.2;  // needs all 17 digits
   p.preprocess.max_depth = std::nextafter(7.0, 8.0);
   p.preprocess.bilateral = false;
-  p.preprocess.normals = NormalMethod::integral;
   p.tracking.iterations = {2, 0, 3, 1};
   p.tracking.max_condition = 1e300;
   p.volume.placement = VolumePlacement::fit;
@@ -77,7 +76,6 @@ TEST(Config, PrintedParametersReadBackToTheBit) {
   EXPECT_EQ(back.preprocess.min_depth, p.preprocess.min_depth);
   EXPECT_EQ(back.preprocess.max_depth, p.preprocess.max_depth);
   EXPECT_EQ(back.preprocess.bilateral, false);
-  EXPECT_EQ(back.preprocess.normals, NormalMethod::integral);
   EXPECT_EQ(back.tracking.iterations, p.tracking.iterations);
   EXPECT_EQ(back.tracking.max_condition, 1e300);
   EXPECT_EQ(back.volume.placement, VolumePlacement::fit);
@@ -127,7 +125,7 @@ TEST(Config, EveryFieldIsPrintedWithItsHelp) {
   for (const std::string& key : parameter_keys())
     EXPECT_THAT(toml, HasSubstr("\n" + key.substr(key.find('.') + 1) + " = "));
   EXPECT_THAT(toml, HasSubstr("# readings nearer than this are ignored (m; 0 to 100)\nmin_depth = 0.3\n"));
-  EXPECT_THAT(toml, HasSubstr("plane | integral"));
+  EXPECT_THAT(toml, HasSubstr("front | fit | given"));
 }
 
 TEST(Config, OnlyTheNamedValuesChange) {
@@ -154,7 +152,7 @@ TEST(Config, WrongTypesNameWhatIsPermitted) {
   EXPECT_THAT(parse_error("[volume]\nresolution = 3.5\n"), AllOf(HasSubstr("my.toml:2"), HasSubstr("whole number")));
   EXPECT_THAT(parse_error("[volume]\nside = \"big\"\n"), HasSubstr("a number, 0.01 to 1000"));
   EXPECT_THAT(parse_error("[preprocess]\nbilateral = 1\n"), HasSubstr("true or false"));
-  EXPECT_THAT(parse_error("[preprocess]\nnormals = \"pca\"\n"), HasSubstr("plane, integral"));
+  EXPECT_THAT(parse_error("[volume]\nplacement = \"back\"\n"), HasSubstr("front, fit, given"));
   EXPECT_THAT(parse_error("[tracking]\niterations = 10\n"), HasSubstr("list of whole numbers"));
   EXPECT_THAT(parse_error("[tracking]\niterations = [4, 5.5]\n"), HasSubstr("list of whole numbers"));
   EXPECT_THAT(parse_error("tracking = 3\n"), HasSubstr("group"));
@@ -182,14 +180,14 @@ TEST(Config, SettingsTakeEveryKindOfValue) {
   apply_setting("tracking.normal_gate=25", &p);
   apply_setting("tracking.iterations=[2,3]", &p);
   apply_setting("volume.placement=fit", &p);
-  apply_setting("preprocess.normals=\"integral\"", &p);
+  apply_setting("orientation.seed=\"absolute\"", &p);
   apply_setting("preprocess.bilateral=false", &p);
   apply_setting("volume.resolution=256", &p);
   apply_setting("volume.offset= -0.4", &p);
   EXPECT_EQ(p.tracking.normal_gate, 25);
   EXPECT_EQ(p.tracking.iterations, (std::vector<int>{2, 3}));
   EXPECT_EQ(p.volume.placement, VolumePlacement::fit);
-  EXPECT_EQ(p.preprocess.normals, NormalMethod::integral);
+  EXPECT_EQ(p.orientation.seed, OrientationSeed::absolute);
   EXPECT_FALSE(p.preprocess.bilateral);
   EXPECT_EQ(p.volume.resolution, 256);
   EXPECT_EQ(p.volume.offset, -0.4);

@@ -54,12 +54,11 @@ class Fusion : public test::LaneTest {
   Pinhole camera_ = test::pinhole(160, 120);
 };
 
-std::vector<std::int32_t> all_words(const kernels::VolumeView& view) {
-  const std::size_t slots = static_cast<std::size_t>(view.bricks) * view.bricks * view.brick_stride;
-  return {view.voxels, view.voxels + slots * kernels::kBrickVoxels};
+std::vector<std::int32_t> all_words(const kernels::BrickMap& view) {
+  return {view.voxels_of(0), view.voxels_of(view.slots())};
 }
 
-bool is_blank(const kernels::VolumeView& view) {
+bool is_blank(const kernels::BrickMap& view) {
   const std::vector<std::int32_t> words = all_words(view);
   return std::all_of(words.begin(), words.end(), [](std::int32_t word) { return word == 0; });
 }
@@ -114,7 +113,7 @@ TEST_P(Fusion, FreeSpaceAloneLeavesNoTrace) {
   for_each_voxel([&](int x, int y, int z) {
     const double nearest_of_brick = kWall - depth_of(z / 8 * 8 + 7);
     if (nearest_of_brick < kTruncation + 1e-6) return;
-    ASSERT_EQ(volume.view().occupied[volume.view().brick_index(x / 8, y / 8, z / 8)], 0);
+    ASSERT_EQ(volume.view().state(volume.view().find({x, y, z}).brick), 0);
     ASSERT_EQ(voxel_at(volume.view(), x, y, z).weight, 0);
   });
 }
@@ -127,7 +126,8 @@ TEST_P(Fusion, FreeSpaceCarvesWhatWasThere) {
   for (int i = 0; i < kFrames; ++i) fuse(&volume, wall(1.2f));
   int carved = 0;
   for_each_voxel([&](int x, int y, int z) {
-    const std::int32_t old = before[static_cast<std::size_t>(volume.view().index<std::int32_t>(x, y, z))];
+    const std::int32_t old = before[static_cast<std::size_t>(&volume.view().voxel(volume.view().find({x, y, z})) -
+                                                             volume.view().voxels_of(0))];
     const kernels::Voxel<float> first = kernels::unpack<float>(old);
     if (first.weight == 0 || !in_view(camera_, x, y, z)) return;
     const kernels::Voxel<float> now = voxel_at(volume.view(), x, y, z);
@@ -165,12 +165,12 @@ TEST_P(Fusion, WeightsUseAllSixteenBits) {
   Volume volume = make_volume(camera_from_volume(), false, parameters);
   fuse(&volume, wall(0.8f));
   const std::vector<std::int32_t> first = all_words(volume.view());
-  const kernels::VolumeView& view = volume.view();
+  const kernels::BrickMap& view = volume.view();
   for (std::size_t i = 0; i < first.size(); ++i) {
     if (first[i] == 0) continue;
     kernels::Voxel<float> voxel = kernels::unpack<float>(first[i]);
     voxel.weight = 65534;
-    view.voxels[i] = kernels::pack<float>(voxel);
+    view.voxels_of(0)[i] = kernels::pack<float>(voxel);
   }
   for (int i = 0; i < 3; ++i) fuse(&volume, wall(0.8f));
   int checked = 0;
@@ -389,7 +389,7 @@ class FusionColor : public Fusion {
     bool operator==(const Color&) const = default;
   };
   static Color color_at(const Volume& volume, int x, int y, int z) {
-    const auto word = static_cast<std::uint32_t>(volume.view().colors[volume.view().index<std::int32_t>(x, y, z)]);
+    const auto word = static_cast<std::uint32_t>(volume.view().color(volume.view().find({x, y, z})));
     return {static_cast<int>(word & 255), static_cast<int>(word >> 8 & 255), static_cast<int>(word >> 16 & 255),
             static_cast<int>(word >> 24)};
   }

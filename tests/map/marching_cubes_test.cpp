@@ -267,7 +267,7 @@ TEST_P(MeshTest, ASphereHasItsShape) {
 }
 
 /// Distances at random, with exact zeros and full truncation among them.
-void write_random(const kernels::VolumeView& view, unsigned seed, double unseen) {
+void write_random(const kernels::BrickMap& view, unsigned seed, double unseen) {
   test::Random random(seed);
   test::write_distance(view, [&](const Eigen::Vector3d&) {
     const int kind = random.integer(0, 20);
@@ -277,7 +277,7 @@ void write_random(const kernels::VolumeView& view, unsigned seed, double unseen)
   for (int z = 0; z < view.resolution(); ++z) {
     for (int y = 0; y < view.resolution(); ++y) {
       for (int x = 0; x < view.resolution(); ++x) {
-        if (random.uniform(0, 1) < unseen) view.voxels[view.index<std::int32_t>(x, y, z)] = 0;
+        if (random.uniform(0, 1) < unseen) view.voxel(view.find({x, y, z})) = 0;
       }
     }
   }
@@ -394,11 +394,11 @@ TEST_P(MeshTest, VolumesSideBySideKeepApartInShapeAndColour) {
   const Volume first = make_volume(24, 24, 3, true), second = make_volume(16, 16, 3, true);
   test::write_distance(first.view(), [](const Eigen::Vector3d& p) { return p.z() - 11.8; });
   test::write_distance(second.view(), [](const Eigen::Vector3d& p) { return 5.3 - p.x(); });
-  const auto paint = [](const kernels::VolumeView& view, const auto& red_at) {
+  const auto paint = [](const kernels::BrickMap& view, const auto& red_at) {
     for (int z = 0; z < view.resolution(); ++z) {
       for (int y = 0; y < view.resolution(); ++y) {
         for (int x = 0; x < view.resolution(); ++x)
-          view.colors[view.index<std::int32_t>(x, y, z)] = red_at(x, z) | 40 << 8 | 200 << 16 | 1 << 24;
+          view.color(view.find({x, y, z})) = red_at(x, z) | 40 << 8 | 200 << 16 | 1 << 24;
       }
     }
   };
@@ -432,7 +432,7 @@ TEST_P(MeshTest, TheColourOfASeenNeighbourStandsForTheOther) {
   const Volume volume = make_volume(16, 16, 3, true);
   test::write_distance(volume.view(), [](const Eigen::Vector3d& p) { return p.z() - 7.9; });
   for (int y = 0; y < 16; ++y) {
-    for (int x = 0; x < 8; ++x) volume.view().colors[volume.view().index<std::int32_t>(x, y, 7)] = 90 | 1 << 24;
+    for (int x = 0; x < 8; ++x) volume.view().color(volume.view().find({x, y, 7})) = 90 | 1 << 24;
   }
   const Mesh mesh = volume.extract_mesh(MeshParameters());
   ASSERT_EQ(mesh.colors.size(), 256u);

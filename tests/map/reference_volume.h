@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/marching_cubes.h"
-#include "kernels/volume_view.h"
+#include "kernels/brick_map.h"
+#include "kernels/voxel.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
@@ -19,37 +19,32 @@
 namespace plumbline::test {
 
 /// Signed distance (truncation units) and weight of one voxel, from a volume in host memory.
-inline kernels::Voxel<float> voxel_at(const kernels::VolumeView& view, int x, int y, int z) {
-  return kernels::read_voxel(view, x, y, z);
+inline kernels::Voxel<float> voxel_at(const kernels::BrickMap& view, int x, int y, int z) {
+  return kernels::unpack<float>(view.voxel(view.find({x, y, z})));
 }
 
 /// Fills a volume in host memory with a signed distance (metres) as a function of the position in the volume's frame:
 /// every voxel seen `weight` times, every brick occupied.
 template <class Distance>
-void write_distance(const kernels::VolumeView& view, const Distance& distance, int weight = 1) {
+void write_distance(const kernels::BrickMap& view, const Distance& distance, int weight = 1) {
   const int n = view.resolution();
   for (int z = 0; z < n; ++z) {
     for (int y = 0; y < n; ++y) {
       for (int x = 0; x < n; ++x) {
         const Eigen::Vector3d p = Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5) * double{view.voxel_size};
         const double value = std::clamp(distance(p) / double{view.truncation}, -1.0, 1.0);
-        view.voxels[view.index<std::int32_t>(x, y, z)] =
-            kernels::pack<float>({static_cast<float>(value), static_cast<float>(weight)});
-        view.occupied[view.brick_index(x / 8, y / 8, z / 8)] = 1;
+        const kernels::VoxelAddress at = view.find({x, y, z});
+        view.voxel(at) = kernels::pack<float>({static_cast<float>(value), static_cast<float>(weight)});
+        view.state(at.brick) = kernels::kBrickSolid;
       }
     }
   }
 }
 
 /// Bricks that have held a surface.
-inline int occupied_bricks(const kernels::VolumeView& view) {
-  int count = 0;
-  for (int z = 0; z < view.bricks; ++z) {
-    for (int y = 0; y < view.bricks; ++y) {
-      for (int x = 0; x < view.bricks; ++x) count += view.occupied[view.brick_index(x, y, z)] != 0;
-    }
-  }
-  return count;
+inline int occupied_bricks(const kernels::BrickMap& view) {
+  return static_cast<int>(
+      std::count_if(view.states(), view.states() + view.slots(), [](int state) { return state != 0; }));
 }
 
 class ReferenceVolume {
@@ -72,7 +67,7 @@ class ReferenceVolume {
     for (std::size_t b = 0; b < brick_.size(); ++b) integrate_brick(b, depth, camera, camera_from_volume);
   }
 
-  Comparison compare(const kernels::VolumeView& view) const {
+  Comparison compare(const kernels::BrickMap& view) const {
     Comparison result;
     for (std::size_t b = 0; b < brick_.size(); ++b) {
       for (int offset = 0; offset < kernels::kBrickVoxels; ++offset) compare_voxel(view, b, offset, &result);
@@ -163,11 +158,11 @@ class ReferenceVolume {
     voxel->weight = std::min(voxel->weight + 1, max_weight_);
   }
 
-  void compare_voxel(const kernels::VolumeView& view, std::size_t index, int offset, Comparison* result) const {
+  void compare_voxel(const kernels::BrickMap& view, std::size_t index, int offset, Comparison* result) const {
     const Brick& brick = brick_[index];
     const Voxel& expected = brick.voxels[static_cast<std::size_t>(offset)];
     const auto [x, y, z] = position(index, offset);
-    const bool occupied = view.occupied[view.brick_index(x / 8, y / 8, z / 8)] != 0;
+    const bool occupied = view.state(view.find({x, y, z}).brick) != 0;
     if (brick.unsure || expected.unsure) {
       ++result->left_out;
       return;

@@ -14,12 +14,12 @@ namespace {
 
 class AnyVolume : public test::LaneTest {};
 
-bool is_forgotten(const kernels::VolumeView& view) {
-  const std::size_t slots = static_cast<std::size_t>(view.bricks) * view.bricks * view.brick_stride;
+bool is_forgotten(const kernels::BrickMap& view) {
+  const int slots = view.slots();
   const auto zero = [](std::int32_t word) { return word == 0; };
-  return std::all_of(view.occupied, view.occupied + slots, zero) &&
-         std::all_of(view.voxels, view.voxels + slots * kernels::kBrickVoxels, zero) &&
-         (view.colors == nullptr || std::all_of(view.colors, view.colors + slots * kernels::kBrickVoxels, zero));
+  return std::all_of(view.states(), view.states() + slots, zero) &&
+         std::all_of(view.voxels_of(0), view.voxels_of(slots), zero) &&
+         (!view.has_color() || std::all_of(view.colors_of(0), view.colors_of(slots), zero));
 }
 
 /// A sphere in the middle of a volume of side 1 m whose corner is the world's origin, seen from outside.

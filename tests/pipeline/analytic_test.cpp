@@ -79,14 +79,6 @@ TEST(AnalyticPipeline, TracksEveryFrameAndFindsTheSurface) {
   EXPECT_LT(error.median, 0.003);
 }
 
-TEST(AnalyticPipeline, IntegralNormalsTrackAsWell) {
-  Parameters parameters = small_parameters();
-  parameters.preprocess.normals = NormalMethod::integral;
-  const test::Run result = run(parameters);
-  EXPECT_EQ(result.lost, 0);
-  EXPECT_LT(eval::absolute_trajectory_error(scan().truth, result.trajectory).translation.rmse, 0.003);
-}
-
 TEST(AnalyticPipeline, SameBitsForAnyNumberOfThreads) {
   const tbb::global_control more_than_cores(tbb::global_control::max_allowed_parallelism, 7);
   const test::Run one = run(small_parameters(), 1);

@@ -62,7 +62,7 @@ inline Pinhole pinhole(int width, int height) {
 
 template <class T>
 Plane<T> make_plane(const Backend& backend, int width, int height) {
-  return {width, height, [&](std::size_t bytes) { return backend.allocate(bytes); }};
+  return {width, height, backend};
 }
 
 template <class T>
@@ -95,8 +95,7 @@ inline View to_view(const Backend& backend, const DepthLevel& level) {
 template <class T>
 int dirty_padding(const Backend& backend, const Plane<T>& plane) {
   const PlaneView<T> view = plane.view();
-  std::vector<T> all(plane.bytes() / sizeof(T));
-  backend.download(all.data(), plane.storage(), plane.bytes());
+  const std::vector<T> all = plane.elements().download(backend);
   int dirty = 0;
   for (int y = 0; y < view.height; ++y) {
     for (int x = 0; x < view.stride; ++x) {

@@ -1,7 +1,6 @@
 #include "backend/cpu/cpu.h"
 
 #include <array>
-#include <cstring>
 
 #include "backend/cpu/lanes.h"
 #include "backend/cpu/scan.h"
@@ -44,19 +43,12 @@ std::string LanesBase::description() const {
   return std::string("cpu (") + instruction_set_ + ", " + std::to_string(n) + (n == 1 ? " thread)" : " threads)");
 }
 
-Buffer LanesBase::allocate(std::size_t bytes) const { return allocate_host(bytes); }
-// Nothing to copy may come with null pointers, which memcpy must not see.
-void LanesBase::upload(void* device, const void* host, std::size_t bytes) const {
-  if (bytes != 0) std::memcpy(device, host, bytes);
-}
+std::shared_ptr<void> LanesBase::allocate(std::size_t bytes) const { return memory_.allocate(bytes); }
+void LanesBase::upload(void* device, const void* host, std::size_t bytes) const { memory_.upload(device, host, bytes); }
 void LanesBase::download(void* host, const void* device, std::size_t bytes) const {
-  if (bytes != 0) std::memcpy(host, device, bytes);
+  memory_.download(host, device, bytes);
 }
-void LanesBase::clear(void* device, std::size_t bytes) const { std::memset(device, 0, bytes); }
-
-void LanesBase::integral_image(const PlaneView<std::int32_t>& plane) const {
-  cpu::integral_image(threads_, plane.data, plane.width, plane.height, plane.stride);
-}
+void LanesBase::clear(void* device, std::size_t bytes) const { memory_.clear(device, bytes); }
 
 IcpSums LanesBase::reduce(const kernels::IcpReduce& kernel) const {
   IcpSums sums;

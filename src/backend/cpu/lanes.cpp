@@ -20,8 +20,6 @@ class Lanes final : public LanesBase {
   void run(const kernels::DecimateDepth& k) const override { on(k.coarse, k); }
   void run(const kernels::InverseDepth& k) const override { on(k.depth, k); }
   void run(const kernels::PlaneNormals& k) const override { on(k.depth, k); }
-  void run(const kernels::IntegralInput& k) const override { on(k.depth, k); }
-  void run(const kernels::IntegralNormals& k) const override { on(k.depth, k); }
 
   void reduce_into(const kernels::IcpReduce& k, double* sums, std::int32_t* histogram) const override {
     cpu::reduce<F, kernels::icp_sum::kCount>(threads(), k.in.live_depth.width, k.in.live_depth.height, k, sums,
@@ -38,7 +36,7 @@ class Lanes final : public LanesBase {
     for_each<F>(threads(), columns, rows, k);
   }
   void run(const kernels::MarkBricks& k) const override {
-    for_each<F>(threads(), k.volume.bricks, k.volume.bricks * k.volume.bricks, k);
+    for_each<F>(threads(), k.volume.bricks_per_row(), k.volume.brick_rows(), k);
   }
   void integrate_listed(const kernels::Integrate& k, const std::int32_t* list, int count) const override {
     for_each_brick<F>(threads(), k, list, count);

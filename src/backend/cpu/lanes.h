@@ -14,11 +14,10 @@ class LanesBase : public Backend {
 
   std::string name() const override;
   std::string description() const override;
-  Buffer allocate(std::size_t bytes) const override;
+  std::shared_ptr<void> allocate(std::size_t bytes) const override;
   void upload(void* device, const void* host, std::size_t bytes) const override;
   void download(void* host, const void* device, std::size_t bytes) const override;
   void clear(void* device, std::size_t bytes) const override;
-  void integral_image(const PlaneView<std::int32_t>& plane) const override;
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
   void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
   int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;
@@ -36,6 +35,7 @@ class LanesBase : public Backend {
   virtual void integrate_listed(const kernels::Integrate& kernel, const std::int32_t* list, int count) const = 0;
 
  private:
+  HostMemory memory_;
   ThreadPool threads_;
   const char* instruction_set_;
 };

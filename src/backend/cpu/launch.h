@@ -135,7 +135,7 @@ struct LaneTiles {
 /// minimum and a maximum, which no order changes.
 template <class F>
 PL_HD void span_rays(const ThreadPool& threads, const kernels::RaySpans& kernel) {
-  const int tiles = kernel.spans.stride * kernel.spans.rows, rows = kernel.volume.bricks * kernel.volume.bricks;
+  const int tiles = kernel.spans.stride * kernel.spans.rows, rows = kernel.volume.brick_rows();
   auto* scratch = static_cast<float*>(threads.scratch(
       0, 2 * sizeof(float) * static_cast<std::size_t>(tiles) * static_cast<std::size_t>(threads.count())));
   const auto nearest_of = [&](int worker) { return scratch + static_cast<std::ptrdiff_t>(worker) * 2 * tiles; };
@@ -148,7 +148,8 @@ PL_HD void span_rays(const ThreadPool& threads, const kernels::RaySpans& kernel)
     LaneTiles local{nearest_of(worker), nearest_of(worker) + tiles, kernel.spans.stride};
     const int end = (chunk + 1) * kRows < rows ? (chunk + 1) * kRows : rows;
     for (int row = chunk * kRows; row < end; ++row) {
-      for (int x = 0; x < own.volume.bricks; x += kernels::Lane<F>::width) own.template operator()<F>(x, row, local);
+      for (int x = 0; x < own.volume.bricks_per_row(); x += kernels::Lane<F>::width)
+        own.template operator()<F>(x, row, local);
     }
   });
   for (int tile = 0; tile < tiles; ++tile) {
@@ -175,7 +176,7 @@ PL_HD void for_each_brick(const ThreadPool& threads, const Kernel& kernel, const
     const int end = (chunk + 1) * kBricksPerChunk < count ? (chunk + 1) * kBricksPerChunk : count;
     for (int i = chunk * kBricksPerChunk; i < end; ++i) {
       const int brick = list[i];
-      bool occupied = own.volume.occupied[brick] != 0;
+      bool occupied = own.volume.state(brick) != 0;
       for (int offset = 0; !occupied && offset < kernels::kBrickVoxels; offset += kWidth)
         occupied = kernels::any(own.template is_near_surface<F>(brick, offset));
       if (!occupied) continue;
@@ -184,7 +185,7 @@ PL_HD void for_each_brick(const ThreadPool& threads, const Kernel& kernel, const
         const auto more = own.template update<F>(brick, offset);  // not in the next line: || may leave it out
         behind = behind || more;
       }
-      own.volume.occupied[brick] = kernels::any(behind) ? kernels::kBrickSolid : kernels::kBrickFree;
+      own.volume.state(brick) = kernels::any(behind) ? kernels::kBrickSolid : kernels::kBrickFree;
     }
   });
 }

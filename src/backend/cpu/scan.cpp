@@ -10,7 +10,6 @@ namespace plumbline::cpu {
 namespace {
 
 constexpr int kScanChunk = 16384;
-constexpr int kColumnBlock = 64;
 
 int chunks_of(int count, int size) { return (count + size - 1) / size; }
 
@@ -60,22 +59,6 @@ std::int64_t scan(const ThreadPool& threads, std::int32_t* values, int count) {
     }
   });
   return first.back();
-}
-
-void integral_image(const ThreadPool& threads, std::int32_t* data, int width, int height, int stride) {
-  // Unsigned arithmetic: sums may wrap, and differences of wrapped sums are exact.
-  threads.run(height, [&](int y, int) {
-    auto* row = reinterpret_cast<std::uint32_t*>(data) + static_cast<std::ptrdiff_t>(y) * stride;
-    for (int x = 1; x < width; ++x) row[x] += row[x - 1];
-  });
-  threads.run(chunks_of(width, kColumnBlock), [&](int block, int) {
-    const int x0 = block * kColumnBlock, x1 = std::min(width, x0 + kColumnBlock);
-    for (int y = 1; y < height; ++y) {
-      auto* row = reinterpret_cast<std::uint32_t*>(data) + static_cast<std::ptrdiff_t>(y) * stride;
-      const std::uint32_t* above = row - stride;
-      for (int x = x0; x < x1; ++x) row[x] += above[x];
-    }
-  });
 }
 
 }  // namespace plumbline::cpu

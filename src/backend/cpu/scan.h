@@ -7,9 +7,8 @@
 
 namespace plumbline::cpu {
 
-/// See Backend::compact, Backend::scan and Backend::integral_image.
+/// See Backend::compact and Backend::scan.
 int compact(const ThreadPool& threads, const std::int32_t* flags, int count, std::int32_t* list);
 std::int64_t scan(const ThreadPool& threads, std::int32_t* values, int count);
-void integral_image(const ThreadPool& threads, std::int32_t* data, int width, int height, int stride);
 
 }  // namespace plumbline::cpu

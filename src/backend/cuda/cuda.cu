@@ -162,7 +162,7 @@ class CudaBackend final : public Backend {
   std::string name() const override { return "cuda"; }
   std::string description() const override { return description_; }
 
-  Buffer allocate(std::size_t bytes) const override;
+  std::shared_ptr<void> allocate(std::size_t bytes) const override;
   void upload(void* device, const void* host, std::size_t bytes) const override {
     upload_rows(device, bytes, host, bytes, bytes, 1);
   }
@@ -194,9 +194,6 @@ class CudaBackend final : public Backend {
   void run(const kernels::DecimateDepth& k) const override { on(k.coarse, k, "DecimateDepth"); }
   void run(const kernels::InverseDepth& k) const override { on(k.depth, k, "InverseDepth"); }
   void run(const kernels::PlaneNormals& k) const override { on(k.depth, k, "PlaneNormals"); }
-  void run(const kernels::IntegralInput& k) const override { on(k.depth, k, "IntegralInput"); }
-  void run(const kernels::IntegralNormals& k) const override { on(k.depth, k, "IntegralNormals"); }
-  void integral_image(const PlaneView<std::int32_t>& plane) const override;
 
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
   void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
@@ -209,7 +206,7 @@ class CudaBackend final : public Backend {
     pixels(columns, rows, k, "DepthRangeCoarser");
   }
   void run(const kernels::MarkBricks& k) const override {
-    pixels(k.volume.bricks, k.volume.bricks * k.volume.bricks, k, "MarkBricks");
+    pixels(k.volume.bricks_per_row(), k.volume.brick_rows(), k, "MarkBricks");
   }
   int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;
   void integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count, std::int32_t* list,
@@ -283,31 +280,22 @@ class CudaBackend final : public Backend {
   mutable Scratch device_state_;
 };
 
-Buffer CudaBackend::allocate(std::size_t bytes) const {
+std::shared_ptr<void> CudaBackend::allocate(std::size_t bytes) const {
   void* address = nullptr;
   if (memory_ == CudaMemory::managed)
     check(cudaMallocManaged(&address, bytes), "cudaMallocManaged");
   else
     check(cudaMalloc(&address, bytes), "cudaMalloc");
-  Buffer buffer(address, [](void* p) { cudaFree(p); });
+  std::shared_ptr<void> memory(address, [](void* p) { cudaFree(p); });
   clear(address, bytes);
-  return buffer;
-}
-
-void CudaBackend::integral_image(const PlaneView<std::int32_t>& plane) const {
-  auto* data = reinterpret_cast<std::uint32_t*>(plane.data);
-  scan_rows<<<static_cast<unsigned>(plane.height), kScanThreads, 0, stream_>>>(data, plane.width, plane.stride);
-  launched("integral image, rows");
-  scan_columns<<<static_cast<unsigned>(divide_up(plane.width, kWarp)), kWarp, 0, stream_>>>(data, plane.width,
-                                                                                            plane.height, plane.stride);
-  launched("integral image, columns");
+  return memory;
 }
 
 void CudaBackend::run(const kernels::RaySpans& k) const {
-  const int tiles = k.spans.stride * k.spans.rows, bricks = k.volume.bricks;
+  const int tiles = k.spans.stride * k.spans.rows;
   clear_spans<<<static_cast<unsigned>(divide_up(tiles, kReduceThreads)), kReduceThreads, 0, stream_>>>(k.spans);
-  const dim3 blocks(static_cast<unsigned>(divide_up(bricks, kTileColumns)),
-                    static_cast<unsigned>(divide_up(bricks * bricks, kTileRows)));
+  const dim3 blocks(static_cast<unsigned>(divide_up(k.volume.bricks_per_row(), kTileColumns)),
+                    static_cast<unsigned>(divide_up(k.volume.brick_rows(), kTileRows)));
   span_rays<<<blocks, dim3(kTileColumns, kTileRows), 0, stream_>>>(k);
   launched("RaySpans");
 }

@@ -7,10 +7,10 @@
 #include <cub/block/block_scan.cuh>
 #include <cub/warp/warp_reduce.cuh>
 
+#include "kernels/brick_map.h"
 #include "kernels/lane.h"
 #include "kernels/raycast.h"
 #include "kernels/registration.h"
-#include "kernels/volume_view.h"
 
 namespace plumbline::cuda {
 
@@ -46,13 +46,13 @@ __global__ void __launch_bounds__(kernels::kBrickVoxels)
   const int count = *listed, voxel = static_cast<int>(threadIdx.x);
   for (int entry = static_cast<int>(blockIdx.x); entry < count; entry += static_cast<int>(gridDim.x)) {
     const int brick = list[entry];
-    std::int32_t* occupied = kernel.volume.occupied + brick;
+    std::int32_t& state = kernel.volume.state(brick);
     // The same for the whole block: it is written below only once all of its threads have read it here.
-    if (*occupied == 0) {
+    if (state == 0) {
       if (__syncthreads_or(kernel.template is_near_surface<float>(brick, voxel)) == 0) continue;
     }
     const bool solid = __syncthreads_or(kernel.template update<float>(brick, voxel)) != 0;
-    if (voxel == 0) *occupied = solid ? kernels::kBrickSolid : kernels::kBrickFree;
+    if (voxel == 0) state = solid ? kernels::kBrickSolid : kernels::kBrickFree;
   }
 }
 
@@ -265,41 +265,11 @@ __global__ void clear_spans(kernels::RaySpanView spans) {
 }
 
 __global__ void span_rays(kernels::RaySpans kernel) {
-  const int bricks = kernel.volume.bricks;
   const int x = static_cast<int>(blockIdx.x * kTileColumns + threadIdx.x);
   const int row = static_cast<int>(blockIdx.y * kTileRows + threadIdx.y);
   ThreadTiles tiles{kernel.spans};
-  if (x < bricks && row < bricks * bricks) kernel.template operator()<float>(x, row, tiles);
-}
-
-constexpr int kScanThreads = 256;
-
-/// Inclusive sums along each row of an image, a block a row. Unsigned, as they may wrap.
-__global__ void __launch_bounds__(kScanThreads) scan_rows(std::uint32_t* data, int width, int stride) {
-  using BlockScan = cub::BlockScan<std::uint32_t, kScanThreads>;
-  __shared__ typename BlockScan::TempStorage storage;
-  std::uint32_t* row = data + static_cast<std::ptrdiff_t>(blockIdx.x) * stride;
-  std::uint32_t before = 0;
-  for (int x0 = 0; x0 < width; x0 += kScanThreads) {
-    const int x = x0 + static_cast<int>(threadIdx.x);
-    std::uint32_t value = x < width ? row[x] : 0, total = 0;
-    BlockScan(storage).InclusiveSum(value, value, total);
-    if (x < width) row[x] = before + value;
-    before += total;
-    __syncthreads();
-  }
-}
-
-/// Inclusive sums down each column, a thread a column.
-__global__ void scan_columns(std::uint32_t* data, int width, int height, int stride) {
-  const int x = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (x >= width) return;
-  std::uint32_t sum = 0;
-  for (int y = 0; y < height; ++y) {
-    std::uint32_t* value = data + static_cast<std::ptrdiff_t>(y) * stride + x;
-    sum += *value;
-    *value = sum;
-  }
+  if (x < kernel.volume.bricks_per_row() && row < kernel.volume.brick_rows())
+    kernel.template operator()<float>(x, row, tiles);
 }
 
 }  // namespace plumbline::cuda
