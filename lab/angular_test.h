@@ -15,7 +15,7 @@
 #include "plumbline/trajectory.h"
 #include "sensor/orientation_stream.h"
 #include "tracking/orientation_guide.h"
-#include "tracking/tracker.h"
+#include "tracking/registration.h"
 
 namespace plumbline {
 class Backend;

@@ -85,9 +85,9 @@ StageScene::StageScene(const StageFrames& frames, const Parameters& parameters, 
 }
 
 TrackingResult StageScene::register_live() const {
-  TrackingInput input;
+  RegistrationInput input;
   input.world_from_model = input.world_from_camera_seed = pose_;
-  return track(*backend_, live_.pyramid(), model_, input, parameters_.tracking);
+  return register_frame(*backend_, live_.pyramid(), model_, input, parameters_.tracking);
 }
 
 std::vector<Stage> StageScene::stages() {

@@ -14,7 +14,7 @@
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
 #include "tracking/live_frame.h"
-#include "tracking/tracker.h"
+#include "tracking/registration.h"
 
 namespace plumbline::app {
 

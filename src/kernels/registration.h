@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "kernels/icp.h"
-#include "kernels/priors.h"
+#include "kernels/terms.h"
 #include "plumbline/se3.h"
 
 namespace plumbline::kernels {
@@ -101,7 +101,7 @@ struct RegistrationLevel {
 /// A frame's registration, all levels that iterate, coarse to fine.
 struct Registration {
   RegistrationRules rules;
-  Priors priors;
+  Terms terms;
   SE3 world_from_model;
   RegistrationLevel levels[kMostLevels];
   int level_count = 0;
@@ -180,7 +180,7 @@ PL_SHARED bool prepare_correction(const Registration& r, double median, Registra
   return true;
 }
 
-/// The normal equations of the sums and the priors, the step, and the estimate after it. The priors' equations are in
+/// The normal equations of the sums and the terms, the step, and the estimate after it. The terms' equations are in
 /// left increments of world_from_camera, the registration's in left increments of model_from_live; they differ by the
 /// adjoint of world_from_model.
 PL_SHARED void take_step(const Registration& r, RegistrationState* s) {
@@ -188,9 +188,9 @@ PL_SHARED void take_step(const Registration& r, RegistrationState* s) {
   NormalEquations system;
   system.h = level.information * hessian(s->slots);
   system.b = level.information * gradient(s->slots);
-  if (!r.priors.empty()) {
+  if (!r.terms.empty()) {
     const NormalEquations term =
-        r.priors.evaluate(r.world_from_model * s->model_from_live, {s->inliers(), level.pixels, level.information});
+        r.terms.evaluate({r.world_from_model * s->model_from_live, {s->inliers(), level.pixels, level.information}});
     const Matrix6d world_from_model_increment = r.world_from_model.adjoint();
     system.h += world_from_model_increment.transpose() * term.h * world_from_model_increment;
     system.b += world_from_model_increment.transpose() * term.b;

@@ -107,26 +107,18 @@ std::vector<SE3> OrientationGuide::starts(const SE3& seed, const Eigen::Matrix3d
   return starts;
 }
 
-kernels::Priors OrientationGuide::priors(const Eigen::Matrix3d& earth_from_camera) const {
-  kernels::Priors priors;
+void OrientationGuide::add_term(const Eigen::Matrix3d& earth_from_camera, kernels::Terms* terms) const {
   switch (parameters_.term) {
     case OrientationTerm::none:
-      break;
+      return;
     case OrientationTerm::damping:
-      priors.orientation = kernels::OrientationPrior::damping;
-      priors.damping = {parameters_.schedule, parameters_.lambda};
-      break;
+      return terms->set(kernels::RotationDamping{parameters_.schedule, parameters_.lambda});
     case OrientationTerm::anchor:
-      if (has_heading(parameters_)) {
-        priors.orientation = kernels::OrientationPrior::anchor;
-        priors.anchor = orientation_anchor(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
-      } else {
-        priors.orientation = kernels::OrientationPrior::tilt;
-        priors.tilt = tilt_anchor(earth_from_camera, *earth_from_world_, anchor_covariance(parameters_));
-      }
-      break;
+      const Eigen::Matrix3d covariance = anchor_covariance(parameters_);
+      if (has_heading(parameters_))
+        return terms->set(orientation_anchor(earth_from_camera, *earth_from_world_, covariance));
+      return terms->set(tilt_anchor(earth_from_camera, *earth_from_world_, covariance));
   }
-  return priors;
 }
 
 void OrientationGuide::observe(const SE3& world_from_camera, const std::optional<Eigen::Matrix3d>& earth_from_camera,

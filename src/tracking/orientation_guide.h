@@ -13,7 +13,7 @@
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
 #include "plumbline/tracking.h"
-#include "tracking/priors.h"
+#include "tracking/terms.h"
 
 namespace plumbline {
 
@@ -63,8 +63,8 @@ class OrientationGuide {
   /// vertical.
   std::vector<SE3> starts(const SE3& seed, const Eigen::Matrix3d& earth_from_camera) const;
 
-  /// With the term that the parameters ask for, if they do.
-  kernels::Priors priors(const Eigen::Matrix3d& earth_from_camera) const;
+  /// Adds the term that the parameters name, if they do.
+  void add_term(const Eigen::Matrix3d& earth_from_camera, kernels::Terms* terms) const;
 
   /// A pose that is believed, with the frame's reading if it has one. `witness` is the rotation to judge the sensor by:
   /// the pose's own, or one that was found without the sensor; none if nothing speaks for or against it.

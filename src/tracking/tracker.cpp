@@ -1,233 +1,181 @@
 #include "tracking/tracker.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <numbers>
+#include <utility>
 
-#include "backend/registration.h"
-#include "plumbline/error.h"
-#include "tracking/solver.h"
+#include "tracking/starts.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
+constexpr double kUsualInterval = 1.0 / 30;  // seconds, where stamps do not tell
 
-/// σ(z) = 1.2 + 1.9 (z − 0.4)² mm (Nguyen, Izadi, Lovell 2012, axial), scaled to 1 at 1.5 m.
-kernels::NoiseModel nguyen_noise() {
-  constexpr double kBase = 1.2, kSlope = 1.9, kNearest = 0.4, kUnit = 1.5;
-  constexpr double kAtUnit = kBase + kSlope * (kUnit - kNearest) * (kUnit - kNearest);
-  return {static_cast<float>(kBase / kAtUnit), static_cast<float>(kSlope / kAtUnit), static_cast<float>(kNearest)};
+// What two registrations of one frame must differ by in their agreement.
+constexpr double kClearlyBetter = 0.15, kAsGood = 0.02;
+
+bool is_clearly_better(const TrackingResult& unaided, const TrackingResult& aided, double previous_agreement) {
+  if (is_doubtful(unaided, previous_agreement)) return false;
+  return aided.status == TrackingStatus::lost || agreement(unaided) > agreement(aided) + kClearlyBetter;
 }
 
-/// Covariance of the camera's position out of the system's inverse: increments about the camera's own centre, in the
-/// world's axes, so that turning does not move it.
-Eigen::Matrix3d position_covariance(const Matrix6d& h, const SE3& world_from_model, const SE3& world_from_camera) {
-  const SE3 world_from_centre(Eigen::Matrix3d::Identity(), world_from_camera.translation());
-  const Matrix6d model_from_centre = (world_from_model.inverse() * world_from_centre).adjoint();
-  const Matrix6d at_centre = model_from_centre.transpose() * h * model_from_centre;
-  const Eigen::LDLT<Matrix6d> factors(at_centre);
-  if (factors.info() != Eigen::Success || !factors.isPositive()) return Eigen::Matrix3d::Zero();
-  return factors.solve(Matrix6d::Identity()).bottomRightCorner<3, 3>();
+/// One that fell into a worse minimum than the sensor led to says nothing about the sensor.
+bool is_witness(const TrackingResult& unaided, const TrackingResult& aided) {
+  return unaided.status == TrackingStatus::tracked && agreement(unaided) > agreement(aided) - kAsGood;
 }
 
-LostReason judge(const TrackingResult& result, const TrackingInput& input, const TrackingParameters& parameters) {
-  if (result.inliers < parameters.min_inliers || result.inlier_fraction < parameters.min_inlier_fraction ||
-      result.inliers < parameters.min_matched * result.pairs)
-    return LostReason::few_inliers;
-  if (result.rank < 6 || !result.world_from_camera.is_finite()) return LostReason::singular;
-  const SE3 step = input.world_from_camera_seed.inverse() * result.world_from_camera;
-  if (step.translation().norm() > parameters.max_step_translation ||
-      so3::angle(step.rotation()) > parameters.max_step_rotation * kRadiansPerDegree)
-    return LostReason::implausible_step;
-  return LostReason::none;
-}
-
-/// Fewer pixels at a coarse level hold the same fraction of the image.
-int min_inliers_at(const TrackingParameters& parameters, int level) {
-  return std::max(6, parameters.min_inliers >> (2 * level));
-}
-
-// A level of fewer columns has too few points to be better than the next finer one's start: with four levels of 640
-// pixels the camera was lost three times as often as with three (docs/design.md).
-constexpr int kFewestColumns = 64;
-
-/// Where the number of iterations is not fixed, the finer levels make up for such a level.
-bool is_too_coarse(const TrackingParameters& parameters, const DepthLevel& level) {
-  return parameters.converged_step > 0 && level.camera.width < kFewestColumns;
-}
-
-/// The finest level that iterates.
-int last_level(const TrackingParameters& parameters) {
-  int level = parameters.finest_level;
-  for (auto limit = parameters.iterations.rbegin(); limit != parameters.iterations.rend() && *limit == 0; ++limit)
-    ++level;
-  return level;
-}
-
-/// The levels that iterate, coarse to fine, and the images that they take.
-class Levels {
- public:
-  /// `registration` gets them.
-  Levels(const DepthPyramid& live, const DepthPyramid& model, const TrackingParameters& parameters,
-         kernels::Registration* registration) {
-    const std::size_t missing = live.size() - model.size();  // finest levels that the model does not have
-    int level = pyramid_levels(parameters) - 1;
-    for (std::size_t i = 0; i < parameters.iterations.size(); ++i, --level) {
-      const auto at = static_cast<std::size_t>(level);
-      const int iterations = parameters.iterations[i];
-      const bool is_left_out =
-          iterations == 0 || (level > last_level(parameters) && is_too_coarse(parameters, live[at]));
-      if (is_left_out) continue;
-      if (registration->level_count == kernels::kMostLevels)
-        throw Error("there are too many levels", "tracking.iterations", "Give eight at most.");
-      const int pixels = live[at].camera.width * live[at].camera.height;
-      kernels::RegistrationLevel& out = registration->levels[registration->level_count++];
-      out.images = icp_input(live[at], model[at - missing]);
-      if (parameters.median_filter) out.distances = live[at].pair_distances.view();
-      out.information = registration_information(parameters, pixels);
-      out.pixels = pixels;
-      out.iterations = iterations;
-      out.min_inliers = min_inliers_at(parameters, level);
-      levels_.push_back({level, i});
-    }
-  }
-
-  /// Of the pyramid.
-  int level(int of_registration) const { return levels_[static_cast<std::size_t>(of_registration)].level; }
-
-  /// Per entry of the parameters' iterations.
-  std::vector<int> iterations(const kernels::RegistrationState& state, std::size_t entries) const {
-    std::vector<int> made(entries, 0);
-    for (std::size_t i = 0; i < levels_.size(); ++i) made[levels_[i].entry] = state.iterations[i];
-    return made;
-  }
-
- private:
-  struct Place {
-    int level;          ///< of the pyramid
-    std::size_t entry;  ///< of the parameters' iterations
-  };
-
-  std::vector<Place> levels_;
-};
-
-IcpIteration traced(const kernels::RegistrationState& state, const IcpSums& sums, int level, int level_pixels,
-                    const SE3& world_from_model) {
-  IcpIteration trace;
-  trace.level = level;
-  trace.histogram = sums.histogram;
-  trace.bin_width = sums.bin_width;
-  trace.median_distance = sums.median_distance();
-  trace.pairs = sums.pairs();
-  trace.matched = state.inliers();
-  trace.matched_fraction = static_cast<double>(state.inliers()) / level_pixels;
-  trace.rms = state.rms();
-  trace.step = Vector6d(state.step);
-  trace.world_from_camera = world_from_model * state.model_from_live;
-  return trace;
-}
-
-/// What the last iteration says, in pixels of the full image.
-void summarise(const kernels::RegistrationState& state, int level, TrackingResult* result) {
-  using namespace kernels::icp_sum;
-  result->pairs = static_cast<int>(state.slots[kPairs]) << (2 * level);
-  result->inliers = state.inliers() << (2 * level);
-  result->inlier_fraction = state.inliers() / std::max(1.0, state.slots[kWithDepth]);
-  result->rms = state.rms();
-  result->median_distance = state.median_distance;
-  result->rank = state.rank;
-  result->condition = condition(Matrix6d(state.h));
+TrackedFrame found_from(const SE3& seed, const TrackingResult& result, int starts) {
+  TrackedFrame found;
+  found.result = result;
+  found.world_from_seed = seed;
+  found.starts = starts;
+  found.witness = result.world_from_camera.rotation();
+  return found;
 }
 
 }  // namespace
 
-std::string_view to_string(TrackingStatus status) {
-  switch (status) {
-    case TrackingStatus::initialised:
-      return "initialised";
-    case TrackingStatus::tracked:
-      return "tracked";
-    case TrackingStatus::lost:
-      return "lost";
-  }
-  return "unknown";
-}
+Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, const Backend& backend)
+    : tracking_(parameters.tracking),
+      orientation_(parameters.orientation),
+      backend_(&backend),
+      state_{.world_from_camera = world_from_camera,
+             .motion = MotionModel(tracking_.speed_sigma, tracking_.speed_memory),
+             .turn = {},
+             .guide = OrientationGuide(orientation_)} {}
 
-std::string_view to_string(LostReason reason) {
-  switch (reason) {
-    case LostReason::none:
-      return "";
-    case LostReason::no_depth:
-      return "no depth";
-    case LostReason::few_inliers:
-      return "few inliers";
-    case LostReason::singular:
-      return "singular";
-    case LostReason::implausible_step:
-      return "implausible step";
-  }
-  return "unknown";
-}
+TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>* trace) const {
+  // The first frame defines the world: it is where it is expected.
+  TrackingResult expected_result;
+  expected_result.world_from_camera = state_.world_from_camera;
+  expected_result.reason = input.live.has_depth() ? LostReason::none : LostReason::no_depth;
+  TrackedFrame found = found_from(state_.world_from_camera, expected_result, 1);
+  if (!input.live.has_depth()) return found;
 
-int pyramid_levels(const TrackingParameters& parameters) {
-  return parameters.finest_level + static_cast<int>(parameters.iterations.size());
-}
-
-kernels::RegistrationRules registration_rules(const TrackingParameters& parameters) {
-  kernels::RegistrationRules rules;
-  rules.distance_gate = parameters.distance_gate;
-  rules.widest_gate = parameters.widest_gate;
-  rules.gate_per_median = parameters.gate_per_median;
-  rules.cos_normal_gate = static_cast<float>(std::cos(parameters.normal_gate * kRadiansPerDegree));
-  if (parameters.depth_weights) rules.noise = nguyen_noise();
-  if (parameters.huber > 0) rules.huber = static_cast<float>(parameters.huber);
-  rules.bins = parameters.histogram_bins;
-  rules.bins_per_metre = static_cast<float>(parameters.histogram_bins / parameters.histogram_range);
-  rules.median_filter = parameters.median_filter;
-  rules.median_band = parameters.median_band;
-  rules.max_condition = parameters.max_condition;
-  rules.converged_step = parameters.converged_step;
-  rules.converged_after = parameters.converged_after;
-  rules.max_iterations = parameters.max_iterations;
-  // Counting costs a tenth of a pass, and else only the frame's last median is told.
-  rules.every_distribution =
-      parameters.gate_per_median > 0 || parameters.median_filter || parameters.converged_after > 0;
-  return rules;
-}
-
-TrackingResult track(const Backend& backend, const DepthPyramid& live, const DepthPyramid& model,
-                     const TrackingInput& input, const TrackingParameters& parameters) {
-  kernels::Registration registration;
-  registration.rules = registration_rules(parameters);
-  registration.priors = input.priors;
-  registration.world_from_model = input.world_from_model;
-  const Levels levels(live, model, parameters, &registration);
-
-  const SE3 seed = input.world_from_model.inverse() * input.world_from_camera_seed;
-  kernels::RegistrationState state;
-  if (input.trace == nullptr) {
-    state = backend.iterate(registration, seed);
+  const OrientationUse use = state_.guide.use(input.frame.earth_from_camera);
+  if (!state_.is_initialised) {
+    found.result.status = TrackingStatus::initialised;
   } else {
-    registration.rules.every_distribution = true;
-    state =
-        run_passes(backend, registration, seed, [&](const kernels::RegistrationState& s, const IcpSums& sums, int i) {
-          input.trace->push_back(
-              traced(s, sums, levels.level(i), registration.levels[i].pixels, registration.world_from_model));
-        });
+    const Prediction expected = predict(input.frame);
+    const Task task = {input, expected};
+    found = use == OrientationUse::used ? register_aided(task, trace) : register_unaided(task, trace);
+    if (use == OrientationUse::used && must_compare(found)) return compare_with_unaided(std::move(found), task);
   }
+  found.orientation = use;
+  return found;
+}
 
-  TrackingResult result;
-  result.iterations = levels.iterations(state, parameters.iterations.size());
-  if (registration.level_count > 0) summarise(state, levels.level(state.next.level), &result);
-  result.world_from_camera = (input.world_from_model * state.model_from_live).normalized();
-  if (result.rank == 6)
-    result.position_covariance =
-        position_covariance(Matrix6d(state.h), input.world_from_model, result.world_from_camera);
-  result.reason = judge(result, input, parameters);
-  result.status = result.reason == LostReason::none ? TrackingStatus::tracked : TrackingStatus::lost;
-  return result;
+/// The pose to start from, and the motion prior where the parameters have one.
+Prediction Tracker::predict(const Frame& frame) const {
+  const double seconds = seconds_since_previous(frame);
+  const SE3& previous = state_.world_from_camera;
+  Prediction expected;
+  expected.world_from_camera = previous;
+  if (tracking_.steady_turn)
+    expected.world_from_camera = {state_.turn.predict(previous.rotation(), seconds), previous.translation()};
+  if (tracking_.speed_sigma > 0) {
+    const PositionBelief position = state_.motion.predict(previous.translation(), seconds);
+    expected.terms.set(translation_prior(position.mean, position.covariance));
+  }
+  return expected;
+}
+
+/// After a large turn several starts are tried, for the sensor's heading may be far off.
+TrackedFrame Tracker::register_aided(const Task& task, std::vector<IcpIteration>* trace) const {
+  const Eigen::Matrix3d& earth_from_camera = *task.input.frame.earth_from_camera;
+  const SE3 expected = state_.guide.seed(task.expected.world_from_camera, earth_from_camera);
+  const std::vector<SE3> starts = state_.guide.starts(expected, earth_from_camera);
+  const bool turned_far = starts.size() > 1;
+  const SE3 seed = turned_far ? best_of(starts, task, true) : starts.front();
+  const TrackingResult result = register_from(seed, task, true, turned_far ? patient(tracking_) : tracking_, trace);
+  return retry_if_doubtful(found_from(seed, result, static_cast<int>(starts.size())), task, true, trace);
+}
+
+TrackedFrame Tracker::register_unaided(const Task& task, std::vector<IcpIteration>* trace) const {
+  const SE3& seed = task.expected.world_from_camera;
+  const TrackingResult result = register_from(seed, task, false, tracking_, trace);
+  return retry_if_doubtful(found_from(seed, result, 1), task, false, trace);
+}
+
+/// Where images and model disagree, turns about the seed are tried, and the best is taken if it is beyond doubt.
+TrackedFrame Tracker::retry_if_doubtful(TrackedFrame found, const Task& task, bool with_orientation,
+                                        std::vector<IcpIteration>* trace) const {
+  const double step = with_orientation ? orientation_.search : tracking_.search;
+  if (step <= 0 || !is_doubtful(found.result, state_.previous_agreement)) return found;
+  const std::vector<SE3> starts = turned_about(found.world_from_seed, step * std::numbers::pi / 180);
+  found.starts += static_cast<int>(starts.size());
+  const SE3 seed = best_of(starts, task, with_orientation);
+  std::vector<IcpIteration> iterations;
+  const TrackingResult result =
+      register_from(seed, task, with_orientation, patient(tracking_), trace == nullptr ? nullptr : &iterations);
+  if (is_doubtful(result, state_.previous_agreement)) return found;
+  if (trace != nullptr) *trace = iterations;
+  return found_from(seed, result, found.starts);
+}
+
+/// Whether the sensor is still to prove itself, or led nowhere.
+bool Tracker::must_compare(const TrackedFrame& found) const {
+  const bool is_doubted = state_.probation < orientation_.probation || found.result.status == TrackingStatus::lost;
+  return state_.guide.is_judged() && is_doubted;
+}
+
+/// A registration that owes the sensor nothing is its witness, and is taken where it alone leads anywhere or clearly
+/// farther.
+TrackedFrame Tracker::compare_with_unaided(TrackedFrame found, const Task& task) const {
+  TrackedFrame unaided = register_unaided(task, nullptr);
+  unaided.was_compared = found.was_compared = true;
+  unaided.orientation = OrientationUse::dropped;
+  found.orientation = OrientationUse::used;
+  if (is_clearly_better(unaided.result, found.result, state_.previous_agreement)) return unaided;
+  found.witness.reset();
+  if (is_witness(unaided.result, found.result)) found.witness = unaided.witness;
+  return found;
+}
+
+/// The start from which a coarse registration explains most.
+SE3 Tracker::best_of(const std::vector<SE3>& starts, const Task& task, bool with_orientation) const {
+  const TrackingParameters tracking = coarse(tracking_);
+  std::vector<double> agreements;
+  agreements.reserve(starts.size());
+  for (const SE3& start : starts)
+    agreements.push_back(agreement(register_from(start, task, with_orientation, tracking, nullptr)));
+  return starts[static_cast<std::size_t>(std::max_element(agreements.begin(), agreements.end()) - agreements.begin())];
+}
+
+TrackingResult Tracker::register_from(const SE3& seed, const Task& task, bool with_orientation,
+                                      const TrackingParameters& tracking, std::vector<IcpIteration>* trace) const {
+  RegistrationInput input;
+  input.world_from_model = task.input.model.world_from_camera;
+  input.world_from_camera_seed = seed;
+  input.trace = trace;
+  input.terms = task.expected.terms;
+  if (with_orientation) state_.guide.add_term(*task.input.frame.earth_from_camera, &input.terms);
+  return register_frame(*backend_, task.input.live.pyramid(), task.input.model.levels, input, tracking);
+}
+
+void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
+  const SE3 previous = state_.world_from_camera;
+  const SE3& current = tracked.result.world_from_camera;
+  if (!tracked.is_first()) {
+    const double seconds = seconds_since_previous(frame);
+    state_.motion.observe(previous.translation(), current.translation(), tracked.result.position_covariance, seconds);
+    state_.turn.observe(previous.rotation(), current.rotation(), seconds);
+    state_.previous_agreement = agreement(tracked.result);
+  }
+  state_.world_from_camera = current;
+  state_.time = frame.time;
+  state_.is_initialised = true;
+  if (tracked.was_compared) ++state_.probation;
+  state_.guide.observe(current, frame.earth_from_camera, tracked.witness);
+}
+
+void Tracker::reject(const TrackedFrame& tracked) {
+  if (tracked.was_compared) ++state_.probation;
+  if (tracked.result.reason != LostReason::no_depth) state_.turn.forget();
+}
+
+double Tracker::seconds_since_previous(const Frame& frame) const {
+  return frame.time > state_.time ? to_seconds(frame.time - state_.time) : kUsualInterval;
 }
 
 }  // namespace plumbline

@@ -1,36 +1,110 @@
-// Frame-to-model registration, coarse to fine: from a seed to a pose, and why it is believed.
+// Where the camera is, frame by frame: predict, register (with or without the sensor, from several starts), retry where
+// the result is doubtful, accept or reject.
 #pragma once
 
-#include <cstdint>
-#include <string_view>
+#include <optional>
 #include <vector>
 
+#include "backend/backend.h"
 #include "backend/maps.h"
-#include "kernels/registration.h"
+#include "plumbline/frame.h"
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
+#include "plumbline/time.h"
 #include "plumbline/tracking.h"
-#include "tracking/priors.h"
+#include "tracking/live_frame.h"
+#include "tracking/motion_model.h"
+#include "tracking/orientation_guide.h"
+#include "tracking/registration.h"
 
 namespace plumbline {
 
-/// What the tracker starts from. The default is the plain KinectFusion of METHOD.md §1.
-struct TrackingInput {
-  SE3 world_from_model;                        ///< camera pose from which the model was predicted
-  SE3 world_from_camera_seed;                  ///< initial guess
-  kernels::Priors priors;                      ///< what is known besides; none: registration alone
-  std::vector<IcpIteration>* trace = nullptr;  ///< if given, gets every iteration
+/// What a camera at `world_from_camera` sees of the model.
+struct PredictedSurface {
+  DepthPyramid levels;
+  SE3 world_from_camera;
 };
 
-/// Levels of both pyramids needed: finest_level + number of entries of iterations.
-int pyramid_levels(const TrackingParameters& parameters);
+/// One frame as the tracker looks at it.
+struct TrackerInput {
+  const Frame& frame;             ///< its time and its sensor's reading
+  const LiveFrame& live;          ///< its images
+  const PredictedSurface& model;  ///< not looked at before a first frame was accepted
+};
 
-/// What the parameters ask of every pass and step.
-kernels::RegistrationRules registration_rules(const TrackingParameters& parameters);
+/// What is expected of a frame before its images are looked at.
+struct Prediction {
+  SE3 world_from_camera;  ///< where registration starts without a sensor
+  kernels::Terms terms;   ///< what is known of the pose
+};
 
-/// Registers `live` against `model` (METHOD.md §1, "association" and "minimisation"; §3 and §4). The model's
-/// pyramid may lack the finest levels, which are not registered.
-TrackingResult track(const Backend& backend, const DepthPyramid& live, const DepthPyramid& model,
-                     const TrackingInput& input, const TrackingParameters& parameters);
+/// What the tracker found for one frame, until it is accepted or rejected.
+struct TrackedFrame {
+  TrackingResult result;
+  OrientationUse orientation = OrientationUse::off;
+  SE3 world_from_seed;                     ///< where the registration started: the best of the starts
+  int starts = 1;                          ///< that were tried
+  bool was_compared = false;               ///< with a registration without the sensor
+  std::optional<Eigen::Matrix3d> witness;  ///< world_from_camera by which the sensor is judged, if there is one
+
+  bool is_first() const { return result.status == TrackingStatus::initialised; }
+  bool is_acceptable() const { return result.status != TrackingStatus::lost; }
+};
+
+/// All that one frame leaves for the next: a value, which can be copied, kept and set back.
+struct TrackerState {
+  SE3 world_from_camera;          ///< of the previous accepted frame
+  Nanoseconds time = 0;           ///< of that frame
+  double previous_agreement = 1;  ///< of that frame
+  bool is_initialised = false;    ///< whether a frame has been accepted
+  int probation = 0;              ///< frames that were also registered without the sensor
+  MotionModel motion;
+  SteadyTurn turn;
+  OrientationGuide guide;
+};
+
+class Tracker {
+ public:
+  /// `backend` must outlive the tracker. The first frame that is accepted has `world_from_camera`.
+  Tracker(const Parameters& parameters, const SE3& world_from_camera, const Backend& backend);
+
+  /// Where the camera of a frame is, or why that is not known. The state stays as it is until `accept` or `reject`.
+  /// `trace`: if given, gets every iteration of the registration that was taken.
+  TrackedFrame track(const TrackerInput& input, std::vector<IcpIteration>* trace = nullptr) const;
+
+  /// What the next frames are tracked from is this one.
+  void accept(const Frame& frame, const TrackedFrame& tracked);
+  /// The previous accepted frame remains what the next ones are tracked from.
+  void reject(const TrackedFrame& tracked);
+
+  const SE3& world_from_camera() const { return state_.world_from_camera; }  ///< of the previous accepted frame
+  const TrackerState& state() const { return state_; }
+  /// Goes on from a state of a tracker with the same parameters.
+  void set_state(const TrackerState& state) { state_ = state; }
+
+ private:
+  /// A frame and what is expected of it.
+  struct Task {
+    const TrackerInput& input;
+    const Prediction& expected;
+  };
+
+  Prediction predict(const Frame& frame) const;
+  TrackedFrame register_aided(const Task& task, std::vector<IcpIteration>* trace) const;
+  TrackedFrame register_unaided(const Task& task, std::vector<IcpIteration>* trace) const;
+  TrackedFrame retry_if_doubtful(TrackedFrame found, const Task& task, bool with_orientation,
+                                 std::vector<IcpIteration>* trace) const;
+  TrackedFrame compare_with_unaided(TrackedFrame found, const Task& task) const;
+  TrackingResult register_from(const SE3& seed, const Task& task, bool with_orientation,
+                               const TrackingParameters& tracking, std::vector<IcpIteration>* trace) const;
+  SE3 best_of(const std::vector<SE3>& starts, const Task& task, bool with_orientation) const;
+  bool must_compare(const TrackedFrame& found) const;
+  double seconds_since_previous(const Frame& frame) const;
+
+  TrackingParameters tracking_;
+  OrientationParameters orientation_;
+  const Backend* backend_;
+  TrackerState state_;
+};
 
 }  // namespace plumbline

@@ -80,21 +80,21 @@ std::vector<Variant> variants() {
       {"anchor and position", false,
        [](kernels::Registration* r) {
          const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
-         r->priors.orientation = kernels::OrientationPrior::anchor;
-         r->priors.anchor = {r->world_from_model.rotation(), unit, 20 * unit};
-         r->priors.has_position = true;
-         r->priors.position = {r->world_from_model.translation(), 20 * unit};
+         r->terms.set(kernels::OrientationAnchor{r->world_from_model.rotation(), unit, 20 * unit});
+         r->terms.set(kernels::TranslationPrior{r->world_from_model.translation(), 20 * unit});
        }},
       {"tilt", false,
        [](kernels::Registration* r) {
-         r->priors.orientation = kernels::OrientationPrior::tilt;
-         r->priors.tilt = {r->world_from_model.rotation().row(2), Eigen::Matrix3d::Identity(),
-                           Eigen::Vector3d(20, 20, 0).asDiagonal()};
+         r->terms.set(kernels::TiltAnchor{r->world_from_model.rotation().row(2), Eigen::Matrix3d::Identity(),
+                                          Eigen::Vector3d(20, 20, 0).asDiagonal()});
+       }},
+      {"pose", false,
+       [](kernels::Registration* r) {
+         r->terms.set(kernels::PosePrior{r->world_from_model, 20 * Matrix6d::Identity()});
        }},
       {"damping", false,
        [](kernels::Registration* r) {
-         r->priors.orientation = kernels::OrientationPrior::damping;
-         r->priors.damping = {LambdaSchedule::inverse_sqrt, 0.05};
+         r->terms.set(kernels::RotationDamping{LambdaSchedule::inverse_sqrt, 0.05});
        }},
       {"nothing matches", false, [](kernels::Registration* r) { r->rules.distance_gate = 1e-9; }},
       {"no level", false, [](kernels::Registration* r) { r->level_count = 0; }},

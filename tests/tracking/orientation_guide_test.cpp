@@ -62,7 +62,9 @@ TEST(OrientationGuide, NothingIsUsedUnlessAskedFor) {
   OrientationGuide guide(parameters(OrientationSeed::none));
   EXPECT_FALSE(guide.is_on());
   EXPECT_EQ(guide.use(Eigen::Matrix3d(Eigen::Matrix3d::Identity())), OrientationUse::off);
-  EXPECT_TRUE(guide.priors(Eigen::Matrix3d::Identity()).empty());
+  kernels::Terms terms;
+  guide.add_term(Eigen::Matrix3d::Identity(), &terms);
+  EXPECT_TRUE(terms.empty());
   EXPECT_TRUE(OrientationGuide(parameters(OrientationSeed::none, OrientationTerm::damping)).is_on());
 }
 
@@ -172,7 +174,9 @@ TEST(TiltOnly, TheSeedIsTheCallersAndTheTermHoldsTheTilt) {
   const SE3 last = test::Random(8).motion(0.3, 0.3);
   const Eigen::Matrix3d reading = so3::exp({0.1, 0, 0.7});
   expect_same(guide.seed(last, reading).rotation(), last.rotation());
-  const kernels::NormalEquations term = guide.priors(reading).evaluate(SE3(), {});
+  kernels::Terms terms;
+  guide.add_term(reading, &terms);
+  const kernels::NormalEquations term = terms.evaluate({SE3()});
   EXPECT_GT(term.b.norm(), 0);
   EXPECT_NEAR(term.b[2], 0, 1e-9);
 }

@@ -10,7 +10,7 @@
 
 #include "plumbline/error.h"
 #include "plumbline/time.h"
-#include "tracking/start_search.h"
+#include "tracking/starts.h"
 
 namespace plumbline::app {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "kernels/priors.h"
+#include "kernels/terms.h"
 
 namespace plumbline::app {
 namespace {

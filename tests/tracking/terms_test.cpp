@@ -1,5 +1,5 @@
 // The terms beside the registration, against numerical derivatives and closed forms.
-#include "tracking/priors.h"
+#include "tracking/terms.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using test::kRadiansPerDegree;
 template <class Prior>
 void expect_derivatives(const Prior& prior, const SE3& pose, const std::function<double(const SE3&)>& cost,
                         double hessian_tolerance) {
-  const NormalEquations term = prior.evaluate(pose);
+  const NormalEquations term = prior.evaluate({pose});
   constexpr double kStep = 1e-4;
   const auto at = [&](const Vector6d& xi) { return cost(SE3::exp(xi) * pose); };
   for (int i = 0; i < 6; ++i) {
@@ -62,7 +62,7 @@ TEST(OrientationAnchor, HeadingIsAboutTheVertical) {
   Eigen::Matrix3d earth_from_world;
   earth_from_world << 1, 0, 0, 0, 0, 1, 0, -1, 0;
   const kernels::OrientationAnchor anchor = orientation_anchor(earth_from_world, earth_from_world, covariance);
-  const NormalEquations term = anchor.evaluate(SE3());
+  const NormalEquations term = anchor.evaluate({SE3()});
   EXPECT_NEAR(term.h(0, 0), std::pow(3 * kRadiansPerDegree, -2), 1e-9);
   EXPECT_NEAR(term.h(1, 1), std::pow(10 * kRadiansPerDegree, -2), 1e-9);
   EXPECT_NEAR(term.h(2, 2), std::pow(3 * kRadiansPerDegree, -2), 1e-9);
@@ -91,11 +91,11 @@ TEST(TiltAnchor, JacobianIsTheNumericalOneAndTheHeadingIsFree) {
     // Neither the reading's heading nor the camera's matters.
     const Eigen::Matrix3d about_up = so3::exp({0, 0, 2});
     const kernels::TiltAnchor turned = tilt_anchor(about_up * reading, earth_from_world, covariance);
-    EXPECT_LT((turned.evaluate(pose).b - anchor.evaluate(pose).b).norm(), 1e-9);
+    EXPECT_LT((turned.evaluate({pose}).b - anchor.evaluate({pose}).b).norm(), 1e-9);
     Vector6d heading = Vector6d::Zero();
     heading.head<3>() = earth_from_world.row(2);
     if (round == 0) {
-      EXPECT_LT((anchor.evaluate(pose).h * heading).norm(), 1e-3 * anchor.evaluate(pose).h.norm());
+      EXPECT_LT((anchor.evaluate({pose}).h * heading).norm(), 1e-3 * anchor.evaluate({pose}).h.norm());
     }
   }
 }
@@ -130,7 +130,7 @@ TEST(RotationDamping, IsThePapersTerm) {
   for (const auto& row : table) {
     EXPECT_DOUBLE_EQ(kernels::lambda(row.schedule, 0.2, 0.25), row.expected);
     EXPECT_EQ(kernels::lambda(row.schedule, 0.2, 0), 0) << "nothing matched, nothing to damp";
-    const NormalEquations term = kernels::RotationDamping{row.schedule, 0.2}.evaluate({250, 1000, 0.5});
+    const NormalEquations term = kernels::RotationDamping{row.schedule, 0.2}.evaluate({SE3(), {250, 1000, 0.5}});
     Matrix6d expected = Matrix6d::Zero();
     expected.diagonal().head<3>().setConstant(0.5 * 2 * row.expected * 250);
     EXPECT_LT((term.h - expected).norm(), 1e-12);
@@ -149,35 +149,65 @@ TEST(RegistrationInformation, IsThatOfAnImageAtEverySize) {
   EXPECT_NEAR(registration_information(parameters, 80 * 60), 1e4, 1e-6) << "never more than one pixel's";
 }
 
-TEST(Priors, AddUp) {
-  test::Random random(4);
-  kernels::Priors priors;
-  EXPECT_TRUE(priors.empty());
-  const SE3 pose = random.motion(1, 1);
-  EXPECT_EQ(priors.evaluate(pose, {}).h, Matrix6d::Zero());
-  priors.has_position = true;
-  priors.position = translation_prior({1, 0, 0}, 0.04 * Eigen::Matrix3d::Identity());
-  EXPECT_FALSE(priors.empty());
-  priors.anchor = orientation_anchor(random.motion(1, 0).rotation(), random.motion(1, 0).rotation(),
-                                     0.01 * Eigen::Matrix3d::Identity());
-  priors.tilt =
-      tilt_anchor(random.motion(1, 0).rotation(), random.motion(1, 0).rotation(), 0.02 * Eigen::Matrix3d::Identity());
-  priors.damping = {LambdaSchedule::constant, 2};
-  const kernels::Association found{250, 1000, 0.5};
-  const NormalEquations position = priors.position.evaluate(pose);
-  const struct {
-    kernels::OrientationPrior kind;
-    NormalEquations term;
-  } table[] = {{kernels::OrientationPrior::none, {}},
-               {kernels::OrientationPrior::damping, priors.damping.evaluate(found)},
-               {kernels::OrientationPrior::anchor, priors.anchor.evaluate(pose)},
-               {kernels::OrientationPrior::tilt, priors.tilt.evaluate(pose)}};
-  for (const auto& row : table) {
-    priors.orientation = row.kind;
-    const NormalEquations sum = priors.evaluate(pose, found);
-    EXPECT_LT((sum.h - row.term.h - position.h).norm(), 1e-9 * sum.h.norm());
-    EXPECT_LT((sum.b - row.term.b - position.b).norm(), 1e-9 * sum.b.norm());
+TEST(PosePrior, JacobianIsTheNumericalOne) {
+  test::Random random(6);
+  for (int round = 0; round < 5; ++round) {
+    const SE3 pose = random.motion(1, 1), expected = random.motion(round == 0 ? 0.001 : 0.5, 0.01) * pose;
+    Matrix6d root = Matrix6d(Vector6d(0.05, 0.04, 0.17, 0.02, 0.03, 0.025).asDiagonal());
+    root(1, 0) = 0.02;
+    root(3, 1) = 0.01;  // rotation and position are correlated in a filter
+    root(5, 2) = -0.02;
+    const Matrix6d information = (root * root.transpose()).inverse();
+    const auto cost = [&](const SE3& t) {
+      Vector6d r;
+      r << so3::log(t.rotation() * expected.rotation().transpose()), t.translation() - expected.translation();
+      return 0.5 * r.dot(information * r);
+    };
+    expect_derivatives(kernels::PosePrior{expected, information}, pose, cost, round == 0 ? 0.02 : 0.6);
   }
+}
+
+TEST(PosePrior, WithoutCorrelationIsAnAnchorAndATranslationPrior) {
+  test::Random random(7);
+  const SE3 pose = random.motion(1, 1), expected = random.motion(0.3, 0.1) * pose;
+  const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
+  Matrix6d information = Matrix6d::Zero();
+  information.topLeftCorner<3, 3>() = 30 * unit;
+  information.bottomRightCorner<3, 3>() = 50 * unit;
+  kernels::Terms parts;
+  parts.set(kernels::OrientationAnchor{expected.rotation(), unit, 30 * unit});
+  parts.set(kernels::TranslationPrior{expected.translation(), 50 * unit});
+  const NormalEquations whole = kernels::PosePrior{expected, information}.evaluate({pose}),
+                        sum = parts.evaluate({pose});
+  EXPECT_LT((whole.h - sum.h).norm(), 1e-9 * sum.h.norm());
+  EXPECT_LT((whole.b - sum.b).norm(), 1e-9 * sum.b.norm());
+}
+
+TEST(Terms, AddUpInTheOrderOfTheirKinds) {
+  test::Random random(4);
+  const kernels::Estimate at = {random.motion(1, 1), {250, 1000, 0.5}};
+  const kernels::RotationDamping damping{LambdaSchedule::constant, 2};
+  const kernels::OrientationAnchor anchor = orientation_anchor(
+      random.motion(1, 0).rotation(), random.motion(1, 0).rotation(), 0.01 * Eigen::Matrix3d::Identity());
+  const kernels::TranslationPrior position = translation_prior({1, 0, 0}, 0.04 * Eigen::Matrix3d::Identity());
+  kernels::Terms terms;
+  EXPECT_TRUE(terms.empty());
+  EXPECT_EQ(terms.evaluate(at).h, Matrix6d::Zero());
+  terms.set(position);
+  EXPECT_FALSE(terms.empty());
+  ASSERT_NE(terms.find<kernels::TranslationPrior>(), nullptr);
+  EXPECT_EQ(terms.find<kernels::PosePrior>(), nullptr);
+  terms.set(anchor);
+  terms.set(damping);
+  const NormalEquations sum = terms.evaluate(at), a = anchor.evaluate(at), p = position.evaluate(at);
+  EXPECT_LT((sum.h - damping.evaluate(at).h - a.h - p.h).norm(), 1e-9 * sum.h.norm());
+  EXPECT_LT((sum.b - a.b - p.b).norm(), 1e-9 * sum.b.norm());
+  kernels::Terms other_order;
+  other_order.set(damping);
+  other_order.set(anchor);
+  other_order.set(position);
+  EXPECT_EQ(other_order.evaluate(at).h, sum.h);
+  EXPECT_EQ(other_order.evaluate(at).b, sum.b);
 }
 
 }  // namespace

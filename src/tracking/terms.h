@@ -1,7 +1,7 @@
-// The priors of kernels/priors.h from what sensors and parameters say.
+// The terms of kernels/terms.h from what sensors and parameters say.
 #pragma once
 
-#include "kernels/priors.h"
+#include "kernels/terms.h"
 #include "plumbline/parameters.h"
 
 namespace plumbline {

@@ -1,5 +1,5 @@
-// What is known beside the depth image, as 6×6 terms: the second and third of H = H_icp/κσ² + H_orientation +
-// H_translation. Plain values, which a device takes as they are.
+// What is known beside the depth image, as 6×6 terms of H = H_icp/κσ² + Σ H_term: each a struct whose `evaluate` gives
+// its normal equations at an estimate. Plain values, which a device takes as they are.
 #pragma once
 
 #include "kernels/normal_equations.h"
@@ -12,6 +12,12 @@ namespace plumbline::kernels {
 struct Association {
   int matched_pixels = 0, level_pixels = 1;
   double information = 1;  ///< what a pixel's squared residual weighs, see registration_information
+};
+
+/// Where the terms are evaluated.
+struct Estimate {
+  SE3 world_from_camera;
+  Association found = {};
 };
 
 /// λ of the matched fraction ν in (0, 1] (METHOD.md §3); 0 for nothing matched.
@@ -38,7 +44,8 @@ struct RotationDamping {
   LambdaSchedule schedule = LambdaSchedule::constant;
   double c = 0;
 
-  PL_SHARED NormalEquations evaluate(const Association& found) const {
+  PL_SHARED NormalEquations evaluate(const Estimate& at) const {
+    const Association& found = at.found;
     const double fraction = static_cast<double>(found.matched_pixels) / found.level_pixels;
     NormalEquations term;
     term.h.topLeftCorner<3, 3>().diagonal().setConstant(2 * lambda(schedule, c, fraction) * found.matched_pixels *
@@ -62,7 +69,8 @@ struct OrientationAnchor {
   Eigen::Matrix3d earth_from_camera, earth_from_world;
   Eigen::Matrix3d information;  ///< inverse of the covariance: 1/radians², earth axes
 
-  PL_SHARED NormalEquations evaluate(const SE3& world_from_camera) const {
+  PL_SHARED NormalEquations evaluate(const Estimate& at) const {
+    const SE3& world_from_camera = at.world_from_camera;
     const Eigen::Matrix3d apart = earth_from_world * world_from_camera.rotation() * earth_from_camera.transpose();
     const Eigen::Vector3d residual = so3::log(apart);
     // log(exp(E_R_W ω) exp(r)) ≈ r + J_l⁻¹(r) E_R_W ω.
@@ -78,7 +86,8 @@ struct TiltAnchor {
   Eigen::Matrix3d earth_from_world;
   Eigen::Matrix3d information;  ///< 1/radians², earth axes; of the horizontal part alone
 
-  PL_SHARED NormalEquations evaluate(const SE3& world_from_camera) const {
+  PL_SHARED NormalEquations evaluate(const Estimate& at) const {
+    const SE3& world_from_camera = at.world_from_camera;
     // exp(ω) on the left of the rotation moves u by (E_R_W ω) × u.
     const Eigen::Vector3d up = earth_from_world * (world_from_camera.rotation() * up_in_camera),
                           vertical = Eigen::Vector3d::UnitZ(), residual = vertical.cross(up);
@@ -91,7 +100,8 @@ struct TranslationPrior {
   Eigen::Vector3d expected;
   Eigen::Matrix3d information;  ///< 1/metres²
 
-  PL_SHARED NormalEquations evaluate(const SE3& world_from_camera) const {
+  PL_SHARED NormalEquations evaluate(const Estimate& at) const {
+    const SE3& world_from_camera = at.world_from_camera;
     // exp(ξ) moves t to t + ω × t + v.
     Eigen::Matrix<double, 3, 6> jacobian;
     jacobian.leftCols<3>() = -hat(world_from_camera.translation());
@@ -104,32 +114,73 @@ struct TranslationPrior {
   }
 };
 
-enum class OrientationPrior { none, damping, anchor, tilt };
+/// A Gaussian belief of the whole pose, as a filter predicts it (METHOD.md §8, "Register"): residual
+/// (log(R R̂ᵀ), t − t̂) in the world's axes.
+struct PosePrior {
+  SE3 expected;          ///< world_from_camera
+  Matrix6d information;  ///< inverse of the covariance: 1/radians², 1/metres²
 
-/// All that is known beside one frame's depth.
-struct Priors {
-  OrientationPrior orientation = OrientationPrior::none;
-  RotationDamping damping;
-  OrientationAnchor anchor;
-  TiltAnchor tilt;
-  bool has_position = false;
-  TranslationPrior position;
+  PL_SHARED NormalEquations evaluate(const Estimate& at) const {
+    const SE3& pose = at.world_from_camera;
+    Vector6d residual;
+    residual.head<3>() = so3::log(Eigen::Matrix3d(pose.rotation() * expected.rotation().transpose()));
+    residual.tail<3>() = pose.translation() - expected.translation();
+    // exp(ξ) on the left: log(exp(ω) exp(r)) ≈ r + J_l⁻¹(r) ω, and t moves to t + ω × t + v.
+    Matrix6d jacobian = Matrix6d::Zero();
+    jacobian.topLeftCorner<3, 3>() = so3::left_jacobian_inverse(residual.head<3>());
+    jacobian.bottomLeftCorner<3, 3>() = -hat(pose.translation());
+    jacobian.bottomRightCorner<3, 3>().setIdentity();
+    NormalEquations term;
+    term.h = jacobian.transpose() * information * jacobian;
+    term.b = -jacobian.transpose() * information * residual;
+    return term;
+  }
+};
 
-  PL_SHARED bool empty() const { return orientation == OrientationPrior::none && !has_position; }
+/// Where a list keeps the term of one kind.
+template <class Term>
+struct TermSlot {
+  Term term;
+  bool is_set = false;
 
-  /// In left increments of world_from_camera, at an estimate.
-  PL_SHARED NormalEquations evaluate(const SE3& world_from_camera, const Association& found) const {
+  PL_SHARED void add(const Estimate& at, NormalEquations* sum) const {
+    if (!is_set) return;
+    const NormalEquations equations = term.evaluate(at);
+    sum->h += equations.h;
+    sum->b += equations.b;
+  }
+};
+
+/// The terms of one frame's solve, at most one of each kind, summed in the order of the kinds whatever the order they
+/// were set in: the same result to the bit. A plain value without pointers, which a device takes as it is.
+template <class... Kinds>
+class TermList : TermSlot<Kinds>... {
+ public:
+  template <class Term>
+  void set(const Term& term) {
+    TermSlot<Term>& slot = *this;
+    slot.term = term;
+    slot.is_set = true;
+  }
+
+  /// Null if there is none of the kind.
+  template <class Term>
+  const Term* find() const {
+    const TermSlot<Term>& slot = *this;
+    return slot.is_set ? &slot.term : nullptr;
+  }
+
+  PL_SHARED bool empty() const { return !(TermSlot<Kinds>::is_set || ...); }
+
+  /// In left increments of world_from_camera.
+  PL_SHARED NormalEquations evaluate(const Estimate& at) const {
     NormalEquations sum;
-    if (orientation == OrientationPrior::damping) sum = damping.evaluate(found);
-    if (orientation == OrientationPrior::anchor) sum = anchor.evaluate(world_from_camera);
-    if (orientation == OrientationPrior::tilt) sum = tilt.evaluate(world_from_camera);
-    if (has_position) {
-      const NormalEquations term = position.evaluate(world_from_camera);
-      sum.h += term.h;
-      sum.b += term.b;
-    }
+    (TermSlot<Kinds>::add(at, &sum), ...);
     return sum;
   }
 };
+
+/// What may stand beside the images. A new term is a struct with `evaluate`, named here.
+using Terms = TermList<RotationDamping, OrientationAnchor, TiltAnchor, TranslationPrior, PosePrior>;
 
 }  // namespace plumbline::kernels

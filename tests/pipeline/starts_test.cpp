@@ -56,7 +56,7 @@ class Pair {
   Frame frames_[2];
 };
 
-TEST(StartSearch, WithoutASensorOtherTurnsAreTriedWhereImagesDisagree) {
+TEST(Starts, WithoutASensorOtherTurnsAreTriedWhereImagesDisagree) {
   const Parameters single = single_start();
   int found_by_one_start = 0;
   for (const double azimuth : {0.3, 1.1, 2.0, 3.5, 4.4, 5.5}) {
@@ -67,7 +67,7 @@ TEST(StartSearch, WithoutASensorOtherTurnsAreTriedWhereImagesDisagree) {
   EXPECT_LE(found_by_one_start, 4) << "these are too easy for this test";
 }
 
-TEST(StartSearch, WhatMatchesIsNotSearchedFor) {
+TEST(Starts, WhatMatchesIsNotSearchedFor) {
   const Pair pair(Eigen::Vector3d(0, 3 * kDegree, 0));
   const Parameters single = single_start();
   const test::Run searched = pair.run(small()), not_searched = pair.run(single);

@@ -1,5 +1,5 @@
 // By what registrations are compared, and where else they may start.
-#include "tracking/start_search.h"
+#include "tracking/starts.h"
 
 #include <gtest/gtest.h>
 

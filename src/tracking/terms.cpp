@@ -1,4 +1,4 @@
-#include "tracking/priors.h"
+#include "tracking/terms.h"
 
 #include <Eigen/LU>
 #include <algorithm>

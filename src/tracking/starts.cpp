@@ -1,4 +1,4 @@
-#include "tracking/start_search.h"
+#include "tracking/starts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,9 +14,9 @@ double agreement(const TrackingResult& result) {
 
 // Frames of fr1/rpy that were registered rightly had 0.11 and more even in its nearly empty views; with every third or
 // fifth frame and no sensor, those that were not had less than 0, from the first wrong one on.
-bool is_doubtful(const TrackingResult& result, double last_agreement) {
+bool is_doubtful(const TrackingResult& result, double previous_agreement) {
   constexpr double kDoubt = 0.1, kFall = 0.1;
-  return result.status == TrackingStatus::lost || agreement(result) < std::min(kDoubt, last_agreement - kFall);
+  return result.status == TrackingStatus::lost || agreement(result) < std::min(kDoubt, previous_agreement - kFall);
 }
 
 std::vector<SE3> turned_about(const SE3& seed, double step) {

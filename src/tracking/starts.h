@@ -6,7 +6,7 @@
 
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
-#include "tracking/tracker.h"
+#include "tracking/registration.h"
 
 namespace plumbline {
 
@@ -15,9 +15,9 @@ namespace plumbline {
 /// would be the best.
 double agreement(const TrackingResult& result);
 
-/// Whether it is lost or explains so little, and so much less than that of the last believed frame did, that another
+/// Whether it is lost or explains so little, and so much less than that of the last accepted frame did, that another
 /// start may well lead to a better one.
-bool is_doubtful(const TrackingResult& result, double last_agreement);
+bool is_doubtful(const TrackingResult& result, double previous_agreement);
 
 /// Turns of a camera about `seed`: about eight axes across the line of sight, by one, two and three times `step`
 /// radians.
