@@ -16,6 +16,7 @@
 #include "plumbline/time.h"
 #include "support/fake_bno055.h"
 #include "support/temp_folder.h"
+#include "support/terminal.h"
 
 namespace plumbline::capture {
 namespace {
@@ -29,6 +30,8 @@ using testing::HasSubstr;
 
 class Bno055Test : public testing::Test {
  protected:
+  void SetUp() override { PLUMBLINE_TERMINAL_OR_SKIP(); }
+
   std::unique_ptr<Bno055> connect(const Bno055Options& options = {}) {
     return std::make_unique<Bno055>(open_bus(chip_.connection()), options);
   }

@@ -18,6 +18,7 @@
 #include "run/run_figures.h"
 #include "support/program.h"
 #include "support/small_sequence.h"
+#include "support/terminal.h"
 
 namespace plumbline::test {
 namespace {
@@ -384,6 +385,7 @@ TEST_F(Batch, CtrlCStopsAndTheNextCallGoesOn) {
 }
 
 TEST_F(Batch, ShowsABarOnATerminal) {
+  PLUMBLINE_TERMINAL_OR_SKIP();
   const Outcome outcome = plumbline_on_terminal(command({sequence(), "--preset", "plumbline,paper"}));
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.err, testing::AllOf(HasSubstr("\r["), HasSubstr("2/2  2 finished, 0 failed")));

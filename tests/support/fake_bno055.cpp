@@ -34,7 +34,7 @@ FakeBno055::~FakeBno055() { unplug(); }
 
 void FakeBno055::plug_in() {
   char name[256];
-  if (openpty(&master_, &slave_, name, nullptr, nullptr) != 0) throw std::runtime_error("no pseudo-terminal");
+  if (openpty(&master_, &slave_, name, nullptr, nullptr) != 0) return;  // no port: PLUMBLINE_TERMINAL_OR_SKIP says why
   // A program that is started beside must not keep the line alive.
   fcntl(master_, F_SETFD, FD_CLOEXEC);
   fcntl(slave_, F_SETFD, FD_CLOEXEC);

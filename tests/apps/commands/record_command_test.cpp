@@ -22,6 +22,7 @@
 #include "support/fake_bno055.h"
 #include "support/program.h"
 #include "support/small_sequence.h"
+#include "support/terminal.h"
 
 namespace plumbline::test {
 namespace {
@@ -89,6 +90,7 @@ TEST_F(Record, ARecordingOfTheVirtualCameraIsTheSequenceItself) {
 }
 
 TEST_F(Record, WithASensorUntilCtrlC) {
+  PLUMBLINE_TERMINAL_OR_SKIP();
   FakeBno055 chip(folder_);
   chip.calibration_status = 0xFF;
   chip.overruns = 0.05;
@@ -115,6 +117,7 @@ TEST_F(Record, WithASensorUntilCtrlC) {
 }
 
 TEST_F(Record, ASensorThatIsUnpluggedInMidStreamCostsNoFrames) {
+  PLUMBLINE_TERMINAL_OR_SKIP();
   FakeBno055 chip(folder_);
   long_sequence();
   Running recording(record(path("rec"), {"--imu", chip.connection()}));
@@ -132,6 +135,7 @@ TEST_F(Record, ASensorThatIsUnpluggedInMidStreamCostsNoFrames) {
 
 /// PLUMBLINE_KILLS=20 in the environment kills as often as that.
 TEST_F(Record, KilledAtAnyMomentItLosesASecondAtMost) {
+  PLUMBLINE_TERMINAL_OR_SKIP();
   const char* const wanted = std::getenv("PLUMBLINE_KILLS");
   const int kills = wanted != nullptr ? std::atoi(wanted) : 3;
   // A second is for a machine of one's own; one that runs other tests beside it stalls for longer.
@@ -182,6 +186,7 @@ TEST_F(Record, MistakesAreTold) {
 }
 
 TEST_F(Record, TheStatusLineNamesRateDropsAndCalibration) {
+  PLUMBLINE_TERMINAL_OR_SKIP();
   FakeBno055 chip(folder_);
   chip.calibration_status = 0b11'10'01'00;
   long_sequence();
@@ -262,6 +267,7 @@ TEST_F(Record, LiveWithoutHurryIsARunOverTheSameFrames) {
 }
 
 TEST_F(Record, LiveTakesTheLatestFrameAndCountsTheOthers) {
+  PLUMBLINE_TERMINAL_OR_SKIP();
   FakeBno055 chip(folder_);
   long_sequence();
   // A volume that takes its time.

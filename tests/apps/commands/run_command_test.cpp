@@ -19,6 +19,7 @@
 #include "report/report.h"
 #include "support/program.h"
 #include "support/small_sequence.h"
+#include "support/terminal.h"
 
 namespace plumbline::test {
 namespace {
@@ -141,6 +142,7 @@ TEST_F(RunCommand, QuietPrintsNothing) {
 }
 
 TEST_F(RunCommand, TheBarOnATerminalIsErased) {
+  PLUMBLINE_TERMINAL_OR_SKIP();
   const Outcome run = plumbline_on_terminal(small_run(sequence(), output()));
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.err, AllOf(HasSubstr("["), HasSubstr("tracked, 0 lost"), HasSubstr("ETA")));
