@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,14 +19,13 @@
 #include "io/trajectory.h"
 #include "lab/angular_report.h"
 #include "lab/angular_test.h"
+#include "plumbline/angles.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
 
 namespace plumbline::app {
 namespace {
-
-constexpr double kRadians = std::numbers::pi / 180;
 
 struct AnglesArguments {
   SequenceArguments sequence;
@@ -66,7 +64,7 @@ AngularReport report_on(const AnglesArguments& arguments) {
   report.pairs_wanted = arguments.pairs;
   report.tolerance = arguments.tolerance;
   report.max_translation = arguments.max_translation;
-  report.limits = {arguments.success_translation, kRadians * arguments.success_rotation};
+  report.limits = {arguments.success_translation, radians(arguments.success_rotation)};
   return report;
 }
 
@@ -74,12 +72,12 @@ AngularReport report_on(const AnglesArguments& arguments) {
 std::vector<AngleResult> run_angles(const AnglesArguments& arguments, const AngularTest& test,
                                     const std::vector<std::optional<SE3>>& poses) {
   eval::TurnedPairOptions options;
-  options.tolerance = kRadians * arguments.tolerance;
+  options.tolerance = radians(arguments.tolerance);
   options.max_translation = arguments.max_translation;
   options.count = static_cast<std::size_t>(arguments.pairs);
   std::vector<AngleResult> results;
   for (const double degrees : arguments.angles) {
-    options.angle = kRadians * degrees;
+    options.angle = radians(degrees);
     results.push_back(test.run(degrees, eval::turned_pairs(poses, options), poses));
     say(table_row(results.back()));
     flush_output();

@@ -1,16 +1,14 @@
 #include "lab/angular_report.h"
+#include "plumbline/angles.h"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 namespace plumbline::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 std::string cells(const char* name, const std::array<int, 9>& values) {
   std::string line = fmt::format("  {:<11}", name);
@@ -28,7 +26,7 @@ Json angle_json(const AngleResult& result) {
           {"lost", s.lost},
           {"without_reading", s.missing},
           {"median_translation_error_m", any ? Json(s.median_translation) : Json()},
-          {"median_rotation_error_deg", any ? Json(kDegrees * s.median_rotation) : Json()}};
+          {"median_rotation_error_deg", any ? Json(degrees(s.median_rotation)) : Json()}};
 }
 
 }  // namespace
@@ -45,7 +43,7 @@ std::string table_row(const AngleResult& result) {
   const bool any = s.pairs > s.failures;
   return fmt::format("{:>7}{:>7}{:>10}{:>11.1f}{:>7}{:>17}{:>12}", angle, s.pairs, s.failures, s.failure_percent(),
                      s.lost, any ? fmt::format("{:.1f}", 1e3 * s.median_translation) : "–",
-                     any ? fmt::format("{:.3f}", kDegrees * s.median_rotation) : "–");
+                     any ? fmt::format("{:.3f}", degrees(s.median_rotation)) : "–");
 }
 
 PaperAngles paper_angles() {
@@ -72,7 +70,7 @@ std::string angular_json(const AngularReport& report) {
                {"tolerance_deg", report.tolerance},
                {"max_translation_m", report.max_translation},
                {"success_translation_m", report.limits.translation},
-               {"success_rotation_deg", kDegrees * report.limits.rotation}};
+               {"success_rotation_deg", degrees(report.limits.rotation)}};
   json["angles"] = Json::array();
   for (const AngleResult& result : report.angles) json["angles"].push_back(angle_json(result));
   json["paper"] = {{"source", "Giancola, Schneider, Wonka, Ghanem 2018"},
@@ -91,9 +89,9 @@ std::string pairs_csv(const std::vector<AngleResult>& angles) {
     for (const PairOutcome& o : angle.outcomes) {
       const std::string errors = o.status == TrackingStatus::lost
                                      ? ","
-                                     : fmt::format("{:.6f},{:.4f}", o.translation_error, kDegrees * o.rotation_error);
+                                     : fmt::format("{:.6f},{:.4f}", o.translation_error, degrees(o.rotation_error));
       text += fmt::format("{:g},{},{},{:.4f},{:.6f},{},{},{},{},{}\n", angle.angle, o.pair.first, o.pair.second,
-                          kDegrees * o.pair.angle, o.pair.translation, to_string(o.status), to_string(o.reason),
+                          degrees(o.pair.angle), o.pair.translation, to_string(o.status), to_string(o.reason),
                           to_string(o.orientation), errors, o.success ? 1 : 0);
     }
   }

@@ -2,12 +2,12 @@
 // from which the camera is turned by a known angle, is registered to it. How often does that fail?
 #pragma once
 
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "eval/turned_pairs.h"
+#include "plumbline/angles.h"
 #include "plumbline/frame.h"
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
@@ -25,8 +25,8 @@ namespace plumbline::app {
 
 /// What a registration may be off by at most to count as a success.
 struct SuccessLimits {
-  double translation = 0.02;                 ///< metres
-  double rotation = std::numbers::pi / 180;  ///< radians
+  double translation = 0.02;     ///< metres
+  double rotation = radians(1);  ///< radians
 };
 
 struct PairOutcome {

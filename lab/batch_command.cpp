@@ -11,6 +11,7 @@
 #include "io/atomic_file.h"
 #include "lab/executor.h"
 #include "lab/run_grid.h"
+#include "lab/split_words.h"
 #include "plumbline/error.h"
 #include "run/run_figures.h"
 
@@ -35,7 +36,7 @@ std::vector<std::string> common_arguments(const BatchArguments& arguments) {
   for (const std::string& setting : arguments.settings) words.insert(words.end(), {"--set", setting});
   if (arguments.max_frames > 0) words.insert(words.end(), {"--max-frames", std::to_string(arguments.max_frames)});
   if (arguments.no_mesh) words.emplace_back("--no-mesh");
-  const std::vector<std::string> more = CLI::detail::split_up(arguments.run_options);
+  const std::vector<std::string> more = split_words(arguments.run_options);
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
@@ -102,16 +103,10 @@ Table table_of(const std::vector<Run>& runs, const Outcomes& outcomes) {
   return table;
 }
 
-void write_text(const fs::path& path, const std::string& text) {
-  AtomicFile file(path.string());
-  file.write(text);
-  file.commit();
-}
-
 void write_table(const Table& table, const fs::path& folder) {
-  write_text(folder / (table.name + ".csv"), table_csv(table));
-  write_text(folder / (table.name + ".json"), table_json(table));
-  write_text(folder / (table.name + ".md"), table_markdown(table));
+  write_file((folder / (table.name + ".csv")).string(), table_csv(table));
+  write_file((folder / (table.name + ".json")).string(), table_json(table));
+  write_file((folder / (table.name + ".md")).string(), table_markdown(table));
 }
 
 /// The first of those that did not come to their end, with their whole messages; the table has all.

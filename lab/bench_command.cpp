@@ -15,10 +15,13 @@
 #include "cli/parameter_arguments.h"
 #include "io/atomic_file.h"
 #include "lab/bench_growth.h"
+#include "lab/run_times.h"
 #include "lab/stages.h"
 
 namespace plumbline::app {
 namespace {
+
+constexpr double kRunStages = 4;  // that share a run's time
 
 struct BenchArguments {
   ParameterArguments parameters;
@@ -94,9 +97,7 @@ int bench_growth(const BenchArguments& arguments, const Parameters& parameters) 
     const Table table = growth_table(growth);
     say("{}\n{}", table.title, table_text(table));
     if (arguments.output.empty()) continue;
-    AtomicFile file((folder / (table.name + ".csv")).string());
-    file.write(table_csv(table));
-    file.commit();
+    write_file((folder / (table.name + ".csv")).string(), table_csv(table));
   }
   if (!arguments.output.empty()) {
     save_plot(growth_plot(growths), figure);
@@ -107,14 +108,7 @@ int bench_growth(const BenchArguments& arguments, const Parameters& parameters) 
 
 using Head = std::function<void(const Backend&)>;
 
-/// The stages of a scene, and a frame at once.
-std::vector<Stage> all_stages(StageScene& scene) {
-  std::vector<Stage> stages = scene.stages();
-  stages.push_back(scene.frame(stages));
-  return stages;
-}
-
-/// Wall times with one thread and with all.
+/// Wall times with one thread and with all: the stages as a run has them, their parts on one frame again and again.
 void bench_threads(const BenchArguments& arguments, const Parameters& parameters, const StageFrames& frames,
                    const Head& say_head) {
   std::vector<int> threads = {1};
@@ -125,15 +119,19 @@ void bench_threads(const BenchArguments& arguments, const Parameters& parameters
     StageScene scene(frames, parameters, arguments.backend, n);
     if (n == 1) say_head(scene.backend());
     table.columns.push_back(fmt::format("{} thread{}", n, n == 1 ? "" : "s"));
-    const std::vector<Stage> stages = all_stages(scene);
+    const std::vector<Stage> stages = scene.stages();
+    const StageTimes times = run_stage_times(frames, parameters, arguments.backend, n, kRunStages * arguments.seconds);
     for (std::size_t i = 0; i < stages.size(); ++i) {
       if (n == 1) table.rows.push_back({stages[i], {}});
-      table.rows[i].milliseconds.push_back(scene.wall(stages[i], arguments.seconds));
+      table.rows[i].milliseconds.push_back(stages[i].is_whole ? milliseconds_of(times, stages[i].name)
+                                                              : scene.wall(stages[i], arguments.seconds));
     }
   }
   table.bytes_per_second = copied_per_second(arguments.seconds);
   say_table(table);
-  say("Medians of wall time. ns/item, floor and times are those of one thread: the floor is what reading and writing "
+  say("Medians of wall time: of the stages in a run over these frames to and fro, of their parts (indented) on the "
+      "final "
+      "frame. ns/item, floor and times are those of one thread: the floor is what reading and writing "
       "every\n"
       "byte once costs at the {:.1f} GB/s that one thread copies here. Arithmetic is not in it.",
       1e-9 * table.bytes_per_second);
@@ -145,7 +143,9 @@ void bench_device(const BenchArguments& arguments, const Parameters& parameters,
   StageScene scene(frames, parameters, arguments.backend, 1);
   say_head(scene.backend());
   StageTable table{{"wall", "device"}, {}, 1, written_per_second(scene.backend(), arguments.seconds)};
-  for (const Stage& stage : all_stages(scene)) {
+  std::vector<Stage> stages = scene.stages();
+  stages.push_back(scene.frame(stages));
+  for (const Stage& stage : stages) {
     table.rows.push_back({stage, {scene.wall(stage, arguments.seconds), scene.device(stage, arguments.seconds)}});
   }
   say_table(table);

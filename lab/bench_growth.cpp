@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "lab/run_times.h"
 #include "lab/stages.h"
 
 namespace plumbline::app {
@@ -15,18 +16,9 @@ constexpr int kWarmUp = 8;
 /// Times of one size become a column.
 void add(const StageFrames& frames, const Parameters& parameters, const std::string& backend, int threads,
          double seconds, Growth* growth) {
-  StageScene scene(frames, parameters, backend, threads);
-  std::vector<double> column;
-  std::vector<std::string> names;
-  double total = 0;
-  for (const Stage& stage : scene.stages()) {
-    if (!stage.is_whole) continue;
-    names.push_back(stage.name);
-    column.push_back(scene.wall(stage, seconds));
-    total += column.back();
-  }
-  names.emplace_back("a frame");
-  column.push_back(total);
+  const std::vector<std::string> names = {"preprocess", "track", "integrate", "ray cast", "a frame"};
+  const StageTimes ms = run_stage_times(frames, parameters, backend, threads, 4 * seconds);
+  const std::vector<double> column = {ms.preprocess, ms.track, ms.integrate, ms.raycast, ms.total()};
   if (growth->stages.empty()) {
     growth->stages = names;
     growth->milliseconds.resize(names.size());

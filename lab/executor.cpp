@@ -10,6 +10,7 @@
 #include "cli/interrupt.h"
 #include "cli/progress.h"
 #include "lab/child_process.h"
+#include "lab/split_words.h"
 
 namespace plumbline::app {
 namespace {
@@ -106,7 +107,7 @@ std::unique_ptr<Executor> make_executor(const ExecutorArguments& a, const std::s
     options.jobs = jobs;
     options.threads = a.threads;
     options.retries = a.retries;
-    options.options = CLI::detail::split_up(a.slurm);
+    options.options = split_words(a.slurm);
     return make_slurm_executor(options);
   }
   const int processors = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));

@@ -82,16 +82,10 @@ class Work {
   std::vector<std::string> failed_;
 };
 
-void write_text(const fs::path& path, const std::string& text) {
-  AtomicFile file(path.string());
-  file.write(text);
-  file.commit();
-}
-
 void write_result(const ReproduceResult& result, const fs::path& folder, std::string* document) {
   for (const Table& table : result.tables) {
-    write_text(folder / (table.name + ".csv"), table_csv(table));
-    write_text(folder / (table.name + ".md"), table_markdown(table));
+    write_file((folder / (table.name + ".csv")).string(), table_csv(table));
+    write_file((folder / (table.name + ".md")).string(), table_markdown(table));
     if (table.rows.size() > kMostPrinted) continue;
     *document += table_markdown(table) + "\n";
     say("\n{}\n\n{}", table.title, table_text(table));
@@ -116,7 +110,7 @@ int reproduce(const ReproduceArguments& arguments) {
   }
   std::string document;
   for (const Plan& plan : plans) write_result(plan.result(), folder, &document);
-  write_text(folder / "reproduce.md", document);
+  write_file((folder / "reproduce.md").string(), document);
   say("\nthe tables and figures are in {}", options.output);
   flush_output();
   if (work.failed().empty()) return 0;

@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "lab/reproduce.h"
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 #include "plumbline/statistics.h"
 #include "plumbline/time.h"
@@ -20,7 +20,6 @@
 namespace plumbline::app {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::array<const char*, 3> kAxes = {"X", "Y", "Z"};
 constexpr std::array<double, 3> kPaper = {3, 3, 10};  // largest systematic error, degrees
 constexpr int kStep = 5, kReadings = 1000;            // degrees; at each orientation
@@ -48,7 +47,7 @@ std::vector<double> readings(const Eigen::Matrix3d& reference, int axis, const s
   for (const sim::InertialSample& sample : sim::simulate_sensor([&](double) { return pose; }, duration, 0, options)) {
     if (to_seconds(sample.time) < kRest || errors.size() == kReadings) continue;
     const Eigen::Matrix3d difference = sample.earth_from_body * reference.transpose();
-    errors.push_back(so3::log(difference)[axis] / kDegree);
+    errors.push_back(degrees(so3::log(difference)[axis]));
   }
   return errors;
 }
@@ -57,7 +56,7 @@ Characteristic characterise(int axis, int seed) {
   Characteristic result;
   const sim::OrientationSensorOptions options = chip(seed);
   for (int degrees = -180; degrees <= 180; degrees += kStep) {
-    const Eigen::Matrix3d reference = so3::exp(Eigen::Vector3d(Eigen::Vector3d::Unit(axis) * (degrees * kDegree)));
+    const Eigen::Matrix3d reference = so3::exp(Eigen::Vector3d(Eigen::Vector3d::Unit(axis) * radians(degrees)));
     const eval::Statistics errors = eval::statistics(readings(reference, axis, options));
     result.angle.push_back(degrees);
     result.systematic.push_back(errors.mean);

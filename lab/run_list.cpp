@@ -102,9 +102,7 @@ RunOutcome write_record(const Run& run, int wait_status, double seconds) {
     if (outcome.status == status) record["status"] = name;
   record["seconds"] = seconds;
   record["error"] = outcome.error;
-  AtomicFile file(record_path(run));
-  file.write(dump(record));
-  file.commit();
+  write_file(record_path(run), dump(record));
   return outcome;
 }
 

@@ -109,8 +109,8 @@ class SlurmExecutor : public Executor {
     std::vector<Run> list;
     for (const Run* run : runs) list.push_back(*run);
     const std::string name = unused_name(), runs_file = path(name + ".json"), script = path(name + ".sh");
-    write(runs_file, run_list_json(program, list));
-    write(script, script_text(runs_file, runs.size()));
+    write_file(runs_file, run_list_json(program, list));
+    write_file(script, script_text(runs_file, runs.size()));
     std::vector<std::string> words = {"sbatch", "--parsable"};
     words.insert(words.end(), options_.options.begin(), options_.options.end());
     words.push_back(script);
@@ -189,7 +189,7 @@ class SlurmExecutor : public Executor {
   void remember(const std::vector<Array>& arrays) const {
     std::string ids;
     for (const Array& array : arrays) ids += array.id + "\n";
-    write(path("jobs.txt"), ids);
+    write_file(path("jobs.txt"), ids);
   }
   void forget() const {
     std::error_code ignored;
@@ -215,12 +215,6 @@ class SlurmExecutor : public Executor {
   }
 
   std::string path(const std::string& name) const { return (fs::path(options_.folder) / name).string(); }
-
-  static void write(const std::string& path, const std::string& text) {
-    AtomicFile file(path);
-    file.write(text);
-    file.commit();
-  }
 
   SlurmOptions options_;
   int failures_ = 0;

@@ -1,4 +1,4 @@
-// How a depth camera bends what it sees: a smooth error of its inverse depth that is the same in every frame.
+// The distortion of a camera's depth: a smooth error of its inverse depth that is the same in every frame.
 #pragma once
 
 #include <array>

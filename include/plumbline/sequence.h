@@ -83,7 +83,7 @@ std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceO
 
 /// The same sequence with that distortion taken out of its depth, which its notes then say. Throws Error for images of
 /// another size.
-std::unique_ptr<Sequence> straightened(std::unique_ptr<Sequence> bent, DepthDistortion distortion);
+std::unique_ptr<Sequence> without_depth_distortion(std::unique_ptr<Sequence> measured, DepthDistortion distortion);
 
 /// The names that SequenceOptions::camera takes.
 std::vector<std::string> camera_names();

@@ -3,9 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/thread_pool.h"
+#include "plumbline/angles.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
@@ -19,34 +19,33 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kMostViews = 200, kWidest = 200;  // the latter in pixels
+constexpr int kMaxViews = 200, kMaxWidth = 200;  // the latter in pixels
 
 // From each view to the first that is so far away: near ones for the slopes of the pattern, farther ones for its broad
 // shape. A metre and a half turns a translation into the angle by which the scene moves in the image.
-constexpr std::array<double, 4> kAway = {10 * kDegree, 17 * kDegree, 25 * kDegree, 40 * kDegree};
-constexpr double kSceneDepth = 1.5, kLongest = 3;  // m, s
+constexpr std::array<double, 4> kAway = {radians(10), radians(17), radians(25), radians(40)};
+constexpr double kSceneDepth = 1.5, kMaxSeconds = 3;  // m, s
 // Later ones that look at the same things again keep the views from sliding along a wall that fills a few of them.
 constexpr std::size_t kRevisits = 8;
-constexpr std::size_t kFewestPairs = 20;
+constexpr std::size_t kMinPairs = 20;
 
 // Residuals and gates in 1/m. A Kinect's noise is 0.002/m at any depth (Nguyen et al. 2012).
 constexpr double kSigma = 0.003, kHuber = 2, kWideGate = 0.06, kGate = 0.03, kCosNormals = 0.87;
 constexpr double kRedundancy = 100;  // points that tell no more than one: neighbours, and one thing in many pairs
 constexpr std::size_t kBatch = 64;   // pairs at a time
-constexpr int kFewestPoints = 300;
-constexpr double kLeastOverlap = 0.3;
+constexpr int kMinPoints = 300;
+constexpr double kMinOverlap = 0.3;
 constexpr int kPoseRounds = 4, kRounds = 14;
-constexpr double kSettled = 1e-4;  // 1/m: a smaller step of the nodes is the last
+constexpr double kConvergedStep = 1e-4;  // 1/m: a smaller step of the nodes means convergence
 
 // What is known beforehand: 1/m, of a node, and of its second difference. Herrera et al. show patterns of some tenths
 // of a pixel (a pixel is 0.023/m with a Kinect) and one or two bumps across the image.
-constexpr double kNodeSigma = 0.02, kBendSigma = 0.008;
-// How far the given path strays in a second (and as the root of time), as `view_change`. Of a straight depth the
-// tracker's own turns err by a third of it; it counts where the points say next to nothing. A bent one drags turns by
+constexpr double kNodeSigma = 0.02, kCurvatureSigma = 0.008;
+// How far the given path strays in a second (and as the root of time), as `view_change`. On undistorted depth the
+// tracker's own turns err by a third of it; it counts where the points say next to nothing. Distortion drags turns by
 // up to a fifth: held by more than this, the distortion of simulated dances was found so wrong that mountings erred by
 // 0.3°.
-constexpr double kStrayStraight = 1 * kDegree, kStrayBent = 10 * kDegree;
+constexpr double kStrayUndistorted = radians(1), kStrayAsMeasured = radians(10);
 constexpr double kLoose = 1;  // radians, metres: of a pose that nothing holds, as the first
 
 struct Pose {
@@ -74,7 +73,7 @@ struct Equations {
   double squares = 0;       ///< of bounded residuals, in standard deviations
   int points = 0, met = 0;  ///< paired; of those that fall on a reading
 
-  bool is_good() const { return points >= kFewestPoints && points >= kLeastOverlap * met; }
+  bool is_good() const { return points >= kMinPoints && points >= kMinOverlap * met; }
 };
 
 /// Those of all poses (right increments, six each) and after them the nodes; of the matrix, the lower triangle.
@@ -143,9 +142,9 @@ class Estimator {
     for (int round = 0; round < kRounds; ++round) {
       const bool joint = round >= kPoseRounds;
       result.pairs = iterate(round < kPoseRounds / 2 ? kWideGate : kGate, joint);
-      if (result.pairs < kFewestPairs) return std::nullopt;
+      if (result.pairs < kMinPairs) return std::nullopt;
       (joint ? result.after : result.before) = rms_;
-      if (joint && step_ < kSettled) break;
+      if (joint && step_ < kConvergedStep) break;
     }
     result.distortion = distortion_;
     result.path = corrected(path);
@@ -193,7 +192,7 @@ class Estimator {
                   const DepthDistortion::Nodes* second, Equations* out);
   static void add_nodes(const PointResidual& residual, double weight, double slope, const DepthDistortion::Nodes& nodes,
                         Equations* out);
-  /// That the path is roughly right, and how a camera bends its depth.
+  /// That the path is roughly right, and what is known of the distortion beforehand.
   void hold_path(System* system) const;
   void hold_nodes(System* system) const;
   void take_step(const System& system);
@@ -207,7 +206,7 @@ class Estimator {
   ThreadPool threads_;
   DepthDistortion distortion_;
   std::vector<DepthDistortion::Nodes> nodes_;  ///< of each pixel of a view
-  std::vector<double> bend_;                   ///< the distortion there, 1/m
+  std::vector<double> distortion_at_;          ///< the distortion there, 1/m
   std::vector<Pose> poses_;
   std::vector<Pair> pairs_;
   double rms_ = 0, step_ = 0;  // 1/m, of the last iteration
@@ -220,8 +219,8 @@ void Estimator::tabulate_nodes() {
 }
 
 void Estimator::tabulate_distortion() {
-  bend_.clear();
-  for (const DepthDistortion::Nodes& nodes : nodes_) bend_.push_back(distortion_.at(nodes));
+  distortion_at_.clear();
+  for (const DepthDistortion::Nodes& nodes : nodes_) distortion_at_.push_back(distortion_.at(nodes));
 }
 
 void Estimator::find_poses(const Trajectory& path) {
@@ -244,7 +243,7 @@ void Estimator::pair_on_the_way(std::size_t first) {
   std::size_t second = first + 1;
   for (const double away : kAway) {
     while (second < poses_.size() && change(first, second) < away) ++second;
-    if (second == poses_.size() || !in_one_piece(first, second) || seconds(first, second) > kLongest) return;
+    if (second == poses_.size() || !in_one_piece(first, second) || seconds(first, second) > kMaxSeconds) return;
     pairs_.push_back({first, second});
   }
 }
@@ -252,7 +251,7 @@ void Estimator::pair_on_the_way(std::size_t first) {
 void Estimator::pair_with_revisits(std::size_t first) {
   std::vector<std::size_t> again;
   for (std::size_t second = first + 1; second < poses_.size() && in_one_piece(first, second); ++second) {
-    if (seconds(first, second) <= kLongest) continue;
+    if (seconds(first, second) <= kMaxSeconds) continue;
     if (const double away = change(first, second); away > 0.8 * kAway.front() && away < kAway.back())
       again.push_back(second);
   }
@@ -264,7 +263,7 @@ std::optional<Estimator::Point> Estimator::point(const DepthCalibration::View& v
   const double z = view.depth.at(x, y);
   const Vector3d normal(view.normal_x.at(x, y), view.normal_y.at(x, y), view.normal_z.at(x, y));
   if (!(z > 0) || normal.squaredNorm() < 0.5) return std::nullopt;
-  const double inverse = 1 / z - bend_[index(x, y)];
+  const double inverse = 1 / z - distortion_at_[index(x, y)];
   if (inverse < 0.05) return std::nullopt;
   const Vector3d ray((x - double{camera_.cx}) / camera_.fx, (y - double{camera_.cy}) / camera_.fy, 1);
   return Point{ray, normal, 1 / inverse};
@@ -383,20 +382,21 @@ void Estimator::hold_nodes(System* system) const {
   const Eigen::Map<const VectorXd> values(distortion_.values().data(), nodes);
   h.diagonal().array() += 1 / (kNodeSigma * kNodeSigma);
   b -= values / (kNodeSigma * kNodeSigma);
-  const auto bend = [&](Index middle, Index step) {
+  const auto hold_second_difference = [&](Index middle, Index step) {
     const std::array<Index, 3> index = {middle - step, middle, middle + step};
     constexpr std::array<double, 3> kShare = {1, -2, 1};
     const double value = values[index[0]] - 2 * values[index[1]] + values[index[2]];
     for (std::size_t i = 0; i < 3; ++i) {
-      b[index[i]] -= kShare[i] * value / (kBendSigma * kBendSigma);
-      for (std::size_t j = 0; j < 3; ++j) h(index[i], index[j]) += kShare[i] * kShare[j] / (kBendSigma * kBendSigma);
+      b[index[i]] -= kShare[i] * value / (kCurvatureSigma * kCurvatureSigma);
+      for (std::size_t j = 0; j < 3; ++j)
+        h(index[i], index[j]) += kShare[i] * kShare[j] / (kCurvatureSigma * kCurvatureSigma);
     }
   };
   for (Index row = 0; row < distortion_.rows(); ++row)
     for (Index column = 0; column < kColumns; ++column) {
       const Index node = row * kColumns + column;
-      if (column > 0 && column + 1 < kColumns) bend(node, 1);
-      if (row > 0 && row + 1 < distortion_.rows()) bend(node, kColumns);
+      if (column > 0 && column + 1 < kColumns) hold_second_difference(node, 1);
+      if (row > 0 && row + 1 < distortion_.rows()) hold_second_difference(node, kColumns);
     }
 }
 
@@ -432,7 +432,7 @@ Trajectory Estimator::corrected(const Trajectory& path) const {
 
 int view_level(const Pinhole& camera) {
   int level = 0;
-  while (camera.level(level).width > kWidest) ++level;
+  while (camera.level(level).width > kMaxWidth) ++level;
   return level;
 }
 
@@ -447,7 +447,7 @@ DepthCalibration::DepthCalibration(const Pinhole& camera, const PreprocessParame
     : camera_(camera),
       backend_(&backend),
       level_(view_level(camera)),
-      stride_((frames + kMostViews - 1) / kMostViews),
+      stride_((frames + kMaxViews - 1) / kMaxViews),
       live_(camera, parameters, level_ + 1, backend, false, level_) {}
 
 void DepthCalibration::add(const Frame& frame) {
@@ -460,7 +460,7 @@ void DepthCalibration::add(const Frame& frame) {
 
 std::optional<DepthCalibrationResult> DepthCalibration::estimate(const Trajectory& path, Tracked on,
                                                                  int threads) const {
-  return Estimator(views_, camera_, level_, on == Tracked::as_measured ? kStrayBent : kStrayStraight, threads)
+  return Estimator(views_, camera_, level_, on == Tracked::as_measured ? kStrayAsMeasured : kStrayUndistorted, threads)
       .run(path);
 }
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "plumbline/depth_distortion.h"
+#include "plumbline/calibration.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
 #include "plumbline/parameters.h"
@@ -18,20 +18,13 @@
 
 namespace plumbline {
 
-struct DepthCalibrationResult {
-  DepthDistortion distortion;
-  std::size_t pairs = 0;         ///< of frames, that were used
-  double before = 0, after = 0;  ///< 1/m: rms of what they disagree by, outliers bounded
-  Trajectory path;               ///< the given one, moved to where the pairs fit best
-};
-
 /// By how much a motion moves what is seen in the image, as an angle: radians, of a scene some metres away.
 double view_change(const SE3& motion);
 
 class DepthCalibration {
  public:
-  /// The depth on which a path was tracked: as the camera bends it, or with what was found taken out.
-  enum class Tracked { as_measured, straightened };
+  /// The depth on which a path was tracked: as it was measured, or with the distortion that was found taken out.
+  enum class Tracked { as_measured, undistorted };
 
   /// `backend` must outlive it. `frames`: how many there will be; about two hundred of them are kept.
   DepthCalibration(const Pinhole& camera, const PreprocessParameters& parameters, const Backend& backend, int frames);

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "calibration/hand_eye.h"
+#include "plumbline/angles.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
@@ -23,11 +24,10 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kHarmonics = 4;  // one more than the simulated chip has
 constexpr int kTiltCoefficients = 2 * 2 * kHarmonics, kHeadingCoefficients = 2 * kHarmonics;
 constexpr double kKnotInterval = 0.5;  // seconds; more where there would be too many knots
-constexpr int kMostKnots = 200;
+constexpr int kMaxKnots = 200;
 constexpr int kRounds = 8;      // of noise and prior scales
 constexpr double kHuber = 3.5;  // standard deviations
 
@@ -200,7 +200,7 @@ class Refinement {
 
   void add_frames() {
     const double duration = seconds(frames_.size() - 1);
-    const int intervals = std::clamp(static_cast<int>(std::lround(duration / kKnotInterval)), 1, kMostKnots);
+    const int intervals = std::clamp(static_cast<int>(std::lround(duration / kKnotInterval)), 1, kMaxKnots);
     knot_interval_ = std::max(duration / intervals, 1e-3);
     drift_.assign(static_cast<std::size_t>(intervals) + 1, filled<3>(0));
     for (std::size_t i = 0; i < frames_.size(); ++i) {
@@ -336,10 +336,10 @@ class Refinement {
   SensorCurve sensor_;
   Origin origin_;
   // The first guess is a chip such as the BNO055 behind a good tracker; then the data decide.
-  std::array<Scale, kGroups> scales_ = {{{0.2 * kDegree, 0.01 * kDegree, 10 * kDegree},
-                                         {3 * kDegree, 0.02 * kDegree, 15 * kDegree},
-                                         {10 * kDegree, 0.02 * kDegree, 30 * kDegree},
-                                         {0.1 * kDegree, 0.01 * kDegree, 1 * kDegree},
+  std::array<Scale, kGroups> scales_ = {{{radians(0.2), radians(0.01), radians(10)},
+                                         {radians(3), radians(0.02), radians(15)},
+                                         {radians(10), radians(0.02), radians(30)},
+                                         {radians(0.1), radians(0.01), radians(1)},
                                          {1, 1, 1}}};
   // Unknowns.
   std::array<double, 3> mounting_{};  // rotation vector, body axes, on the left of the origin's

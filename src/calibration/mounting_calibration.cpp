@@ -8,7 +8,10 @@
 #include <numbers>
 #include <optional>
 
+#include "calibration/hand_eye.h"
 #include "calibration/joint_refinement.h"
+#include "calibration/time_offset.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
@@ -20,18 +23,16 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 // Turns for the closed forms: as short as possible, for what drifts, and as long as it takes to stand out of the noise.
-constexpr double kTurn = 20 * kDegree, kLeastTurn = 5 * kDegree, kLongestTurn = 1.5;  // the last in seconds
-constexpr std::size_t kMostTurns = 500, kFewestTurns = 3;
+constexpr double kTurn = radians(20), kMinTurn = radians(5), kMaxTurnSeconds = 1.5;  // the last in seconds
+constexpr std::size_t kMaxTurns = 500, kMinTurns = 3;
 
-constexpr std::size_t kFewestFrames = 30, kMostFrames = 1500;
-constexpr double kShortest = 2;               // seconds
-constexpr double kMargin = 0.03;              // seconds of readings around a frame, for the offset to move in
-constexpr double kLeastSpread = 5 * kDegree;  // rms about each of two axes; a hand that holds still has one or two
-constexpr double kLeastCorrelation = 0.6;     // of angular speeds
-constexpr double kWorstResidual = 5 * kDegree;
+constexpr std::size_t kMinFrames = 30, kMaxFrames = 1500;
+constexpr double kShortest = 2;            // seconds
+constexpr double kMargin = 0.03;           // seconds of readings around a frame, for the offset to move in
+constexpr double kMinSpread = radians(5);  // rms about each of two axes; a hand that holds still has one or two
+constexpr double kLeastCorrelation = 0.6;  // of angular speeds
+constexpr double kMaxResidual = radians(5);
 
 /// The frames that have a reading at an offset, and a little around.
 Trajectory frames_with_reading(const Trajectory& camera, const OrientationStream& sensor, double offset) {
@@ -46,7 +47,7 @@ Trajectory frames_with_reading(const Trajectory& camera, const OrientationStream
 }
 
 Trajectory thinned(const Trajectory& frames) {
-  const std::size_t stride = (frames.size() + kMostFrames - 1) / kMostFrames;
+  const std::size_t stride = (frames.size() + kMaxFrames - 1) / kMaxFrames;
   if (stride <= 1) return frames;
   Trajectory some;
   for (std::size_t i = 0; i < frames.size(); i += stride) some.push_back(frames[i]);
@@ -57,17 +58,17 @@ Trajectory thinned(const Trajectory& frames) {
 Turns choose_turns(const Trajectory& frames, const OrientationStream& sensor, double offset) {
   Turns turns;
   const auto body = [&](std::size_t i) { return sensor.lookup(frames[i].time - from_seconds(offset)).earth_from_body; };
-  const std::size_t stride = std::max<std::size_t>(1, frames.size() / kMostTurns);
+  const std::size_t stride = std::max<std::size_t>(1, frames.size() / kMaxTurns);
   for (std::size_t i = 0; i < frames.size(); i += stride) {
     std::size_t best = i;
     double angle = 0;
     for (std::size_t j = i + 1; j < frames.size() && angle < kTurn; ++j) {
-      if (to_seconds(frames[j].time - frames[i].time) > kLongestTurn) break;
+      if (to_seconds(frames[j].time - frames[i].time) > kMaxTurnSeconds) break;
       const double turned =
           so3::angle(frames[i].world_from_camera.rotation().transpose() * frames[j].world_from_camera.rotation());
       if (turned > angle) best = j, angle = turned;
     }
-    if (angle < kLeastTurn) continue;
+    if (angle < kMinTurn) continue;
     turns.camera.push_back(
         so3::log(frames[i].world_from_camera.rotation().transpose() * frames[best].world_from_camera.rotation()));
     turns.body.push_back(so3::log(body(i).transpose() * body(best)));
@@ -111,7 +112,7 @@ std::optional<MountingCalibration> calibrate_at(const Trajectory& camera, const 
   out.turns = turns.camera.size();
   out.covariance = Matrix3d::Identity() * std::numbers::pi * std::numbers::pi;
   out.time_offset_sd = 1;
-  if (out.turns < kFewestTurns || all.size() < kFewestFrames || !(out.duration > 0)) return out;
+  if (out.turns < kMinTurns || all.size() < kMinFrames || !(out.duration > 0)) return out;
   out.tsai_lenz = tsai_lenz(turns);
   out.park_martin = fit_mounting(turns).proper;
   out.tsai_lenz_residual = turn_residual(turns, out.tsai_lenz);
@@ -128,49 +129,49 @@ std::optional<MountingCalibration> calibrate_at(const Trajectory& camera, const 
   return out;
 }
 
-std::string degrees(double radians) { return fmt::format("{:.1f}°", radians / kDegree); }
+std::string degrees_text(double radians) { return fmt::format("{:.1f}°", degrees(radians)); }
 
 constexpr const char* kDance =
     "Hold the camera where it sees a room full of things, and turn it in about ten seconds by 40° or more each way: "
     "left and right, up and down, and about its line of sight";
 
 /// Verdict and what to do, from the figures.
-void judge(const CalibrationOptions& options, MountingCalibration* c) {
+void judge(const MountingOptions& options, MountingCalibration* c) {
   const auto say = [&](MotionVerdict verdict, std::string advice) {
     c->verdict = verdict;
     c->advice = std::move(advice);
   };
-  if (c->frames < kFewestFrames || c->duration < kShortest)
+  if (c->frames < kMinFrames || c->duration < kShortest)
     return say(MotionVerdict::too_short, fmt::format("only {} frames over {:.1f} s have a pose and a reading. {}.",
                                                      c->frames, c->duration, kDance));
-  if (c->spread[0] < kLeastSpread || c->turns < kFewestTurns)
+  if (c->spread[0] < kMinSpread || c->turns < kMinTurns)
     return say(MotionVerdict::no_rotation,
-               fmt::format("the camera hardly turned ({} rms). {}.", degrees(c->spread[0]), kDance));
-  if (c->spread[1] < kLeastSpread)
+               fmt::format("the camera hardly turned ({} rms). {}.", degrees_text(c->spread[0]), kDance));
+  if (c->spread[1] < kMinSpread)
     return say(
         MotionVerdict::one_axis,
         fmt::format("the camera turned about one axis only: {} rms about {}, {} about any other, which leaves the "
                     "mounting about that axis open. {}.",
-                    degrees(c->spread[0]), axis_text(c->spread_axes.col(0)), degrees(c->spread[1]), kDance));
-  if (c->correlation < kLeastCorrelation || c->residual > kWorstResidual)
+                    degrees_text(c->spread[0]), axis_text(c->spread_axes.col(0)), degrees_text(c->spread[1]), kDance));
+  if (c->correlation < kLeastCorrelation || c->residual > kMaxResidual)
     return say(
         MotionVerdict::does_not_fit,
         fmt::format("the sensor does not turn as the camera does (correlation of the speeds {:.2f}, residual {}). "
                     "Check that both are of the same recording, and what the numbers mean (--quaternion, "
                     "--orientation-of); if the clocks differ by more than the search covers, give --search.",
-                    c->correlation, degrees(c->residual)));
+                    c->correlation, degrees_text(c->residual)));
   const Vector3d sd = c->sd_along();
   if (!(sd[2] <= options.worst_mounting))
     return say(
         MotionVerdict::mounting_unsure,
         fmt::format("the mounting about the camera's axis {} is known to ±{} only (one standard deviation). Turn "
                     "farther, and about axes across that one. {}.",
-                    axis_text(c->worst_axis()), degrees(sd[2]), kDance));
+                    axis_text(c->worst_axis()), degrees_text(sd[2]), kDance));
   if (!(c->time_offset_sd <= options.worst_offset))
     return say(MotionVerdict::offset_unsure,
                fmt::format("the time offset is known to ±{:.1f} ms only: the camera turned too slowly ({}/s rms). Turn "
                            "faster, with quick starts and stops.",
-                           1e3 * c->time_offset_sd, degrees(c->speed)));
+                           1e3 * c->time_offset_sd, degrees_text(c->speed)));
   say(MotionVerdict::good, "");
 }
 
@@ -213,7 +214,7 @@ std::string axis_text(const Vector3d& axis) {
 }
 
 MountingCalibration calibrate_mounting(const Trajectory& camera, const OrientationStream& sensor,
-                                       const CalibrationOptions& options) {
+                                       const MountingOptions& options) {
   std::vector<OffsetCandidate> candidates = correlate_angular_speed(camera, sensor, options.search);
   if (candidates.empty()) candidates.push_back({});  // too little motion to tell; it is judged below
   std::optional<MountingCalibration> best;
@@ -226,6 +227,11 @@ MountingCalibration calibrate_mounting(const Trajectory& camera, const Orientati
                 "Check that both are of the same recording and use the same clock.");
   judge(options, &*best);
   return *best;
+}
+
+MountingCalibration calibrate_mounting(const Trajectory& camera, const std::vector<OrientationSample>& samples,
+                                       const MountingOptions& options) {
+  return calibrate_mounting(camera, OrientationStream(samples, {}), options);
 }
 
 }  // namespace plumbline

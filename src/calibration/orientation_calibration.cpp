@@ -3,16 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "io/atomic_file.h"
 #include "io/calibration_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 template <class E>
 std::string_view name_of(E value) {
@@ -26,7 +24,7 @@ void write_orientation_calibration(const std::string& path, const OrientationCal
   std::string text;
   for (const std::string& comment : comments) text += "# " + comment + "\n";
   const Eigen::Quaterniond q(c.body_from_camera);
-  const Eigen::Vector3d sd = c.mounting_sd / kDegree;
+  const Eigen::Vector3d sd = c.mounting_sd / kRadiansPerDegree;
   text += fmt::format(
       "\n[mounting]\nbody_from_camera = [{:.9f}, {:.9f}, {:.9f}, {:.9f}]  # qx qy qz qw\n"
       "sd_deg = [{:.4f}, {:.4f}, {:.4f}]  # about the camera's axes x, y, z\n"
@@ -35,9 +33,7 @@ void write_orientation_calibration(const std::string& path, const OrientationCal
       q.x(), q.y(), q.z(), q.w(), sd.x(), sd.y(), sd.z(), c.time_offset, c.time_offset_sd,
       name_of(c.convention.quaternion.value_or(QuaternionOrder::xyzw)), name_of(c.convention.orientation_of),
       name_of(c.convention.earth));
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
+  write_file(path, text);
 }
 
 OrientationCalibration read_orientation_calibration(const std::string& path) {
@@ -49,7 +45,7 @@ OrientationCalibration read_orientation_calibration(const std::string& path) {
     throw Error("mounting.body_from_camera is no unit quaternion", path, CalibrationFile::kAdvice);
   c.body_from_camera = rotation.normalized().toRotationMatrix();
   const std::vector<double> sd = reader.numbers("mounting.sd_deg", 3, 360);
-  c.mounting_sd = kDegree * Eigen::Vector3d(sd[0], sd[1], sd[2]);
+  c.mounting_sd = kRadiansPerDegree * Eigen::Vector3d(sd[0], sd[1], sd[2]);
   c.time_offset = reader.numbers("time.offset", 1, 1e9)[0];
   c.time_offset_sd = reader.numbers("time.sd", 1, 1e9)[0];
   c.convention.quaternion = reader.choice<QuaternionOrder>("readings.quaternion");

@@ -12,7 +12,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kFewest = 10;
+constexpr std::size_t kMinSpeeds = 10;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// Seconds after the origin (stamps of 10⁹ s leave a double a quarter of a microsecond), and rad/s.
@@ -62,7 +62,7 @@ double correlation(const std::vector<Speed>& camera, const std::vector<double>& 
     const double x = speed.value;
     n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
   }
-  if (n < static_cast<double>(kFewest) || 2 * n < static_cast<double>(camera.size())) return kNone;
+  if (n < static_cast<double>(kMinSpeeds) || 2 * n < static_cast<double>(camera.size())) return kNone;
   const double vx = sxx - sx * sx / n, vy = syy - sy * sy / n;
   if (!(vx > 1e-12 * n) || !(vy > 1e-12 * n)) return kNone;
   return (sxy - sx * sy / n) / std::sqrt(vx * vy);
@@ -87,13 +87,13 @@ std::vector<OffsetCandidate> peaks(const std::vector<double>& values, const Offs
 
 std::vector<OffsetCandidate> correlate_angular_speed(const Trajectory& camera, const OrientationStream& sensor,
                                                      const OffsetSearch& search) {
-  if (camera.size() < kFewest) return {};
+  if (camera.size() < kMinSpeeds) return {};
   std::vector<double> intervals;
   for (std::size_t i = 1; i < camera.size(); ++i) intervals.push_back(to_seconds(camera[i].time - camera[i - 1].time));
   const double window = std::max(search.window, median(intervals));
   const Nanoseconds origin = camera.front().time;
   const std::vector<Speed> speeds = camera_speeds(camera, origin, window);
-  if (speeds.size() < kFewest) return {};
+  if (speeds.size() < kMinSpeeds) return {};
   const double begin = speeds.front().time - search.longest - search.step,
                end = speeds.back().time + search.longest + search.step;
   const std::vector<double> grid = sensor_speeds(sensor, origin, begin, end, search.step, window);

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "plumbline/calibration.h"
 #include "plumbline/trajectory.h"
 #include "sensor/orientation_stream.h"
 
@@ -11,14 +12,6 @@ namespace plumbline {
 struct OffsetCandidate {
   double offset = 0;       ///< seconds, to be added to the sensor's stamps
   double correlation = 0;  ///< of the angular speeds, −1…1
-};
-
-struct OffsetSearch {
-  double longest = 1;      ///< seconds: the largest offset either way
-  double step = 0.005;     ///< seconds; a parabola finds the peak between two steps
-  double window = 0.1;     ///< seconds over which a speed is measured, at least a frame
-  double runner_up = 0.9;  ///< other peaks are told if they reach this part of the best
-  std::size_t most = 3;    ///< peaks told
 };
 
 /// Offsets at which the angular speeds of both correlate best, the best first. An angular speed is the same in every

@@ -5,13 +5,13 @@
 
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "capture/clock.h"
 #include "io/atomic_file.h"
 #include "io/text_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/time.h"
 
@@ -32,7 +32,7 @@ constexpr useconds_t kResetTime = 30000, kBootPoll = 20000;
 constexpr int kOddReadings = 20;  // in a row, before the chip is asked what is the matter
 
 constexpr double kQuaternionUnit = 1.0 / (1 << 14);
-constexpr double kRateUnit = std::numbers::pi / 180 / 16, kForceUnit = 0.01, kFieldUnit = 1.0 / 16;
+constexpr double kRateUnit = radians(1) / 16, kForceUnit = 0.01, kFieldUnit = 1.0 / 16;
 constexpr double kUnitTolerance = 0.01;
 
 constexpr const char* kAdvice = "check the wiring and that the sensor is a BNO055";

@@ -58,17 +58,6 @@ std::unique_ptr<DepthDevice> open_kind(const std::string& kind, const std::strin
 
 }  // namespace
 
-std::vector<std::string> depth_device_kinds() {
-  std::vector<std::string> kinds = {"virtual"};
-#ifdef PLUMBLINE_OPENNI2
-  kinds.emplace_back("openni2");
-#endif
-#ifdef PLUMBLINE_FREENECT
-  kinds.emplace_back("freenect");
-#endif
-  return kinds;
-}
-
 std::unique_ptr<DepthDevice> open_depth_device(const DepthDeviceOptions& options) {
   if (!std::isfinite(options.speed) || options.speed < 0)
     throw Error(fmt::format("a speed of {} is not possible", options.speed), "speed",

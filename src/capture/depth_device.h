@@ -60,9 +60,6 @@ struct DepthDeviceOptions {
 /// Opens a camera and starts it. Throws Error if there is none, or this program was built without its library.
 std::unique_ptr<DepthDevice> open_depth_device(const DepthDeviceOptions& options);
 
-/// The kinds of device that this program was built with.
-std::vector<std::string> depth_device_kinds();
-
 /// Readings at another scale, rounded; what does not fit in 16 bits is no reading.
 DepthImage at_scale(DepthImage depth, double from, double to);
 

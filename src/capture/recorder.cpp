@@ -28,12 +28,6 @@ namespace fs = std::filesystem;
 constexpr double kTumScale = 5000;           // readings per metre
 constexpr std::size_t kBallast = 256 << 10;  // bytes
 
-void write_text(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 /// Blocks of the disk that nothing else can take. A disk too full for them is one too full to record on.
 std::string make_ballast(const fs::path& folder) {
   const std::string path = (folder / ".reserve").string();
@@ -44,7 +38,7 @@ std::string make_ballast(const fs::path& folder) {
 }
 
 void write_intrinsics(const fs::path& folder, const Pinhole& k) {
-  write_text((folder / "camera-intrinsics.txt").string(),
+  write_file((folder / "camera-intrinsics.txt").string(),
              fmt::format("{} 0 {}\n0 {} {}\n0 0 1\n", k.fx, k.cx, k.fy, k.cy));
 }
 

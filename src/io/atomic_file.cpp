@@ -163,4 +163,10 @@ void AtomicFile::commit() {
   if (durable_ == Durable::yes) sync_folder_of(target_);
 }
 
+void write_file(const std::string& path, std::string_view text) {
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
 }  // namespace plumbline

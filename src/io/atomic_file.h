@@ -50,6 +50,9 @@ class AtomicFile {
   std::string buffer_;
 };
 
+/// A whole file at once. Throws Error as AtomicFile does.
+void write_file(const std::string& path, std::string_view text);
+
 /// Throws the Error of a failed system call on a file being written; `error` is its errno.
 [[noreturn]] void throw_write_error(const std::string& path, int error);
 

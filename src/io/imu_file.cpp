@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -13,6 +12,7 @@
 #include "io/columns.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/time.h"
@@ -43,11 +43,14 @@ struct Unit {
   std::string_view name;
   double factor;
 };
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kGravity = 9.80665;
 constexpr std::array kUnits = {
-    std::array<Unit, 6>{
-        Unit{"rad/s", 1}, {"rads-1", 1}, {"deg/s", kDegree}, {"degs-1", kDegree}, {"°/s", kDegree}, {"dps", kDegree}},
+    std::array<Unit, 6>{Unit{"rad/s", 1},
+                        {"rads-1", 1},
+                        {"deg/s", radians(1)},
+                        {"degs-1", radians(1)},
+                        {"°/s", radians(1)},
+                        {"dps", radians(1)}},
     std::array<Unit, 6>{
         Unit{"m/s2", 1}, {"ms-2", 1}, {"m/s²", 1}, {"g", kGravity}, {"mg", kGravity * 1e-3}, {"g0", kGravity}},
     std::array<Unit, 6>{Unit{"ut", 1}, {"µt", 1}, {"mt", 1e3}, {"t", 1e6}, {"g", 100}, {"gauss", 100}}};

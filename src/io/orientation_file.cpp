@@ -173,9 +173,7 @@ void write_orientations(const std::string& path, const std::vector<OrientationSa
     before = q;
     text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f}\n", format_seconds(s.time, 9), q.x(), q.y(), q.z(), q.w());
   }
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
+  write_file(path, text);
 }
 
 }  // namespace plumbline

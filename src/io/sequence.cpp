@@ -143,35 +143,35 @@ SequenceInfo describe(const std::string& path, const SequenceOptions& options, c
 }
 
 /// Another sequence, without the distortion of its depth.
-class StraightenedSequence : public Sequence {
+class UndistortedDepthSequence : public Sequence {
  public:
-  StraightenedSequence(std::unique_ptr<Sequence> bent, DepthDistortion distortion)
-      : Sequence(noted(*bent, distortion), times_of(*bent)),
-        bent_(std::move(bent)),
+  UndistortedDepthSequence(std::unique_ptr<Sequence> measured, DepthDistortion distortion)
+      : Sequence(noted(*measured, distortion), times_of(*measured)),
+        measured_(std::move(measured)),
         distortion_(std::move(distortion)) {}
 
   Frame read(int index) const override {
-    Frame frame = bent_->read(index);
+    Frame frame = measured_->read(index);
     distortion_.correct(frame.depth_scale, &frame.depth);
     return frame;
   }
 
-  ImuRecording read_imu(std::vector<std::string>* notes) const override { return bent_->read_imu(notes); }
+  ImuRecording read_imu(std::vector<std::string>* notes) const override { return measured_->read_imu(notes); }
 
  private:
-  static SequenceInfo noted(const Sequence& bent, const DepthDistortion& distortion) {
-    SequenceInfo info = bent.info();
+  static SequenceInfo noted(const Sequence& measured, const DepthDistortion& distortion) {
+    SequenceInfo info = measured.info();
     distortion.check_size(info.camera.width, info.camera.height);
     info.notes.push_back(distortion.describe() + " is taken out");
     return info;
   }
-  static std::vector<Nanoseconds> times_of(const Sequence& bent) {
+  static std::vector<Nanoseconds> times_of(const Sequence& measured) {
     std::vector<Nanoseconds> times;
-    for (int i = 0; i < bent.size(); ++i) times.push_back(bent.time(i));
+    for (int i = 0; i < measured.size(); ++i) times.push_back(measured.time(i));
     return times;
   }
 
-  std::unique_ptr<Sequence> bent_;
+  std::unique_ptr<Sequence> measured_;
   DepthDistortion distortion_;
 };
 
@@ -198,11 +198,11 @@ Sequence::Sequence(SequenceInfo info, std::vector<Nanoseconds> times)
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options) {
   std::unique_ptr<Sequence> sequence = open_as_measured(path, options);
   if (options.depth_distortion.empty()) return sequence;
-  return straightened(std::move(sequence), options.depth_distortion);
+  return without_depth_distortion(std::move(sequence), options.depth_distortion);
 }
 
-std::unique_ptr<Sequence> straightened(std::unique_ptr<Sequence> bent, DepthDistortion distortion) {
-  return std::make_unique<StraightenedSequence>(std::move(bent), std::move(distortion));
+std::unique_ptr<Sequence> without_depth_distortion(std::unique_ptr<Sequence> measured, DepthDistortion distortion) {
+  return std::make_unique<UndistortedDepthSequence>(std::move(measured), std::move(distortion));
 }
 
 }  // namespace plumbline

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "calibration/hand_eye.h"
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 
 namespace plumbline {
@@ -17,13 +17,11 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 // A tracker errs by a few tenths of a degree between two frames. With these, and ten pairs, that is no matter, and
 // vectors at random have no mounting that seems to fit (three parameters against thirty numbers).
 constexpr std::size_t kFewestPairs = 10;
-constexpr double kLeastTurn = 2 * kDegree;        // rms
-constexpr double kLeastSecondAxis = 1 * kDegree;  // rms: three times the tracker's error
+constexpr double kLeastTurn = radians(2);        // rms
+constexpr double kLeastSecondAxis = radians(1);  // rms: three times the tracker's error
 
 // A residual beside the camera's turn: 1 if the sensor stands still, about √2 if it turns at random. A smooth periodic
 // error of n harmonics and amplitude A has a slope of at most n A (Bernstein), 0.52 for 10° and three of them: a
@@ -32,7 +30,7 @@ constexpr double kFits = 0.6;
 // One hypothesis beats another that fits by a third of its residual and what a tracker errs by; one that does not fit,
 // by half.
 constexpr double kBetterThanGood = 1.0 / 3, kBetterThanBad = 0.5;
-constexpr double kLeastGain = 0.5 * kDegree, kLeastGainOfTurn = 0.1;
+constexpr double kLeastGain = radians(0.5), kLeastGainOfTurn = 0.1;
 
 double rms(const std::vector<Vector3d>& vectors) {
   double sum = 0;
@@ -117,13 +115,14 @@ std::string options_text(const ConventionFit& fit, const ConventionFit& declared
   return text;
 }
 
-std::string degrees(double radians) { return fmt::format("{:.1f}°", radians / kDegree); }
+std::string degrees_text(double radians) { return fmt::format("{:.1f}°", degrees(radians)); }
 
 std::string another_text(const ConventionCheck& check) {
   const ConventionFit& declared = check.fits.front();
   const ConventionFit& best = check.fits[check.best];
-  std::string text = fmt::format("the orientation fits with {}: {} instead of {} as declared",
-                                 options_text(best, declared), degrees(best.residual), degrees(declared.residual));
+  std::string text =
+      fmt::format("the orientation fits with {}: {} instead of {} as declared", options_text(best, declared),
+                  degrees_text(best.residual), degrees_text(declared.residual));
   // See the head of convention_check.h: inverse and order change together.
   if (best.mounting_fitted)
     text += fmt::format("; {} fits as well", options_text(check.fits[4 + ((check.best - 4) ^ 3U)], declared));
@@ -136,12 +135,12 @@ std::string none_text(const ConventionCheck& check) {
     return fmt::format(
         "{}: it stands still ({} rms) where the camera turns by {} rms; check that the file belongs to "
         "this sequence",
-        start, degrees(check.body_turn), degrees(check.camera_turn));
-  std::string text = fmt::format("{}: {} off as declared", start, degrees(check.fits.front().residual));
+        start, degrees_text(check.body_turn), degrees_text(check.camera_turn));
+  std::string text = fmt::format("{}: {} off as declared", start, degrees_text(check.fits.front().residual));
   const auto least = std::min_element(check.fits.begin(), check.fits.end(),
                                       [](const auto& a, const auto& b) { return a.residual < b.residual; });
-  text += fmt::format(", {} at best, where the camera turns by {} rms; ", degrees(least->residual),
-                      degrees(check.camera_turn));
+  text += fmt::format(", {} at best, where the camera turns by {} rms; ", degrees_text(least->residual),
+                      degrees_text(check.camera_turn));
   if (check.mirrored_fits) return text + "it would fit mirrored: two of its axes are swapped, or they are left-handed";
   if (!check.two_axes)
     return text +
@@ -154,10 +153,10 @@ std::string message_of(const ConventionCheck& check) {
   switch (check.verdict) {
     case ConventionVerdict::too_little_motion:
       return fmt::format("the camera turned too little to judge the orientation's convention ({} rms)",
-                         degrees(check.camera_turn));
+                         degrees_text(check.camera_turn));
     case ConventionVerdict::fits:
       return fmt::format("the orientation fits as declared: {} rms where the camera turns by {}",
-                         degrees(check.fits.front().residual), degrees(check.camera_turn));
+                         degrees_text(check.fits.front().residual), degrees_text(check.camera_turn));
     case ConventionVerdict::another_fits:
       return another_text(check);
     case ConventionVerdict::none_fits:

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/random.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
@@ -54,9 +55,8 @@ Vector3d SystematicError::at(const Matrix3d& earth_from_body) const {
 }
 
 OrientationErrorModel error_model(std::string_view name) {
-  constexpr double kDegree = kPi / 180;
   if (name == "ideal") return {};
-  if (name == "bno055") return {Vector3d(3, 3, 10) * kDegree};
+  if (name == "bno055") return {Vector3d(3, 3, 10) * kRadiansPerDegree};
   throw Error("there is no error model '" + std::string(name) + "'", kWhere, "take ideal or bno055");
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/median.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
@@ -24,7 +25,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr const char* kWhere = "orientation filter";
-constexpr double kPi = std::numbers::pi, kDegree = kPi / 180;
+constexpr double kPi = std::numbers::pi;
 
 double wrapped(double angle) { return std::remainder(angle, 2 * kPi); }
 
@@ -58,8 +59,8 @@ class RestDetector {
   void update(const Vector3d& rate, const Vector3d& force) {
     rate_.update(rate);
     force_.update(force);
-    const bool steady = (rate - rate_.output()).norm() < options_.rest_rate * kDegree &&
-                        rate_.output().cwiseAbs().maxCoeff() <= options_.bias_limit * kDegree &&
+    const bool steady = (rate - rate_.output()).norm() < radians(options_.rest_rate) &&
+                        rate_.output().cwiseAbs().maxCoeff() <= radians(options_.bias_limit) &&
                         (force - force_.output()).norm() < options_.rest_acceleration;
     time_ = steady ? time_ + interval_ : 0;
   }
@@ -119,7 +120,7 @@ class BiasEstimator {
   void correct(const Matrix3d& observation, Vector3d error, const Vector3d& variance) {
     for (int i = 0; i < 3; ++i)
       if (covariance_(i, i) < initial_) covariance_(i, i) += walk_;
-    const double limit = options_.bias_limit * kDegree;
+    const double limit = radians(options_.bias_limit);
     error = error.cwiseMax(-limit).cwiseMin(limit);
     Matrix3d innovation = observation * covariance_ * observation.transpose();
     innovation.diagonal() += variance;
@@ -167,7 +168,7 @@ class FieldMonitor {
  private:
   bool near(const Vector2d& now, const Vector2d& other) const {
     return std::abs(now[0] - other[0]) < options_.field_norm * other[0] &&
-           std::abs(now[1] - other[1]) < options_.field_dip * kDegree;
+           std::abs(now[1] - other[1]) < radians(options_.field_dip);
   }
 
   /// A field that stays the same while the sensor turns is accepted in place of the reference.
@@ -177,7 +178,7 @@ class FieldMonitor {
       candidate_ = now;
       return;
     }
-    if (turning >= options_.new_field_rate * kDegree) candidate_time_ += interval_;
+    if (turning >= radians(options_.new_field_rate)) candidate_time_ += interval_;
     candidate_ += gain_ * (now - candidate_);
     const bool first = reference_[0] == 0;
     const double needed = first ? options_.new_field_first_time : options_.new_field_time;

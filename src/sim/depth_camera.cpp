@@ -10,6 +10,7 @@
 
 #include "core/embree_scene.h"
 #include "core/random.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/image.h"
 #include "plumbline/mesh.h"
@@ -23,7 +24,7 @@ using Eigen::Vector3f;
 constexpr const char* kWhere = "depth camera";
 constexpr int kPacket = 8;
 constexpr double kHalfPi = std::numbers::pi / 2;
-constexpr double kSteepest = 82 * std::numbers::pi / 180;  ///< radians; the noise formulas end here
+constexpr double kSteepest = radians(82);  ///< radians; the noise formulas end here
 /// Neighbours are on two surfaces where their depths differ by more than this fraction.
 constexpr float kEdge = 0.04f;
 

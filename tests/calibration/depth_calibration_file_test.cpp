@@ -1,4 +1,4 @@
-#include "calibration/depth_calibration_file.h"
+#include "plumbline/calibration.h"
 
 #include <gmock/gmock.h>
 

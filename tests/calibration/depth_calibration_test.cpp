@@ -138,8 +138,8 @@ TEST(DepthCalibration, FramesWithoutAPoseAreLeftOut) {
   const std::shared_ptr<Backend> backend = make_backend("cpu", 1);
   DepthCalibration calibration(kCamera, PreprocessParameters(), *backend, 1);
   calibration.add(sim::render(sim::desk_corner(), kCamera, pose(0), 5, kScale, false));
-  EXPECT_FALSE(calibration.estimate({}, DepthCalibration::Tracked::straightened));
-  EXPECT_FALSE(calibration.estimate({{7, SE3()}}, DepthCalibration::Tracked::straightened));
+  EXPECT_FALSE(calibration.estimate({}, DepthCalibration::Tracked::undistorted));
+  EXPECT_FALSE(calibration.estimate({{7, SE3()}}, DepthCalibration::Tracked::undistorted));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "calibration/depth_calibration_file.h"
+#include "plumbline/calibration.h"
 #include "calibration/orientation_calibration.h"
 #include "io/camera.h"
 #include "io/imu_file.h"

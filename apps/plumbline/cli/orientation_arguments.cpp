@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <numbers>
 #include <utility>
 
 #include "calibration/orientation_calibration.h"
@@ -13,6 +12,7 @@
 #include "cli/sensor_model.h"
 #include "io/imu_file.h"
 #include "io/orientation_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/orientation.h"
 #include "sensor/error_model.h"
 #include "sensor/orientation_filter.h"
@@ -20,8 +20,6 @@
 
 namespace plumbline::app {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// The value of an option by its name; `otherwise` where it was not given.
 template <class E, class Default>
@@ -57,7 +55,7 @@ OrientationErrorModel error_model_of(const OrientationArguments& a) {
     for (const double degrees : n)
       if (degrees < 0 || degrees > 180)
         throw UsageError(fmt::format("{} is out of range", degrees), kOption, "Give degrees from 0 to 180.");
-    model.amplitude = kDegree * Eigen::Vector3d(n[0], n[1], n[2]);
+    model.amplitude = kRadiansPerDegree * Eigen::Vector3d(n[0], n[1], n[2]);
   } else {
     try {
       model = error_model(a.imu_model);
@@ -73,7 +71,7 @@ OrientationErrorModel error_model_of(const OrientationArguments& a) {
 
 void note_error_model(const OrientationErrorModel& model, std::vector<std::string>* notes) {
   if (notes == nullptr || model.amplitude.isZero(0)) return;
-  const Eigen::Vector3d a = model.amplitude / kDegree;
+  const Eigen::Vector3d a = model.amplitude / kRadiansPerDegree;
   if (model.measured) {
     notes->push_back(
         fmt::format("a measured systematic error of up to {:.3g}°, {:.3g}° (tilt) and {:.3g}° (heading) was added",
@@ -173,7 +171,8 @@ std::optional<OrientationStream> load_orientation(const OrientationArguments& a,
 
 void apply_sensor_model(const OrientationArguments& a, OrientationParameters* parameters) {
   if (a.sensor_model.empty()) return;
-  const Eigen::Matrix3d degrees2 = read_sensor_model(a.sensor_model).covariance / (kDegree * kDegree);
+  const Eigen::Matrix3d degrees2 =
+      read_sensor_model(a.sensor_model).covariance / (kRadiansPerDegree * kRadiansPerDegree);
   parameters->covariance.assign(degrees2.data(), degrees2.data() + 9);
 }
 

@@ -5,21 +5,20 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "io/atomic_file.h"
 #include "io/text_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 
 namespace plumbline::app {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kAdvice = "make the file with `plumbline characterise`";
 constexpr const char* kAxes[] = {"east", "north", "up"};
 
-std::string list(const std::vector<double>& radians, double unit = kDegrees) {
+std::string list(const std::vector<double>& radians, double unit = kDegreesPerRadian) {
   std::vector<std::string> words;
   for (const double value : radians) words.push_back(fmt::format("{:.9g}", unit * value));
   // An integer would be of another type in TOML.
@@ -37,8 +36,8 @@ std::string axis_toml(const char* name, const AxisStudy& axis) {
   return fmt::format(
       "\n[{}]  # error about this axis over the angle about it, {} angles\namplitude_deg = {:.9f}\n"
       "random_deg = {:.9f}\nconstant_deg = {:.9f}\nsine_deg = {}\ncosine_deg = {}\n",
-      name, axis.rests.size(), kDegrees * axis.amplitude, kDegrees * axis.random, kDegrees * axis.fit.constant,
-      list(sine), list(cosine));
+      name, axis.rests.size(), degrees(axis.amplitude), degrees(axis.random), degrees(axis.fit.constant), list(sine),
+      list(cosine));
 }
 
 std::vector<double> numbers(const toml::table& table, const std::string& key, const std::string& path) {
@@ -61,12 +60,12 @@ double number(const toml::table& table, const std::string& key, const std::strin
 
 PeriodicError read_axis(const toml::table& table, const std::string& name, const std::string& path) {
   PeriodicError error;
-  error.constant = number(table, name + ".constant_deg", path) / kDegrees;
+  error.constant = radians(number(table, name + ".constant_deg", path));
   const std::vector<double> sine = numbers(table, name + ".sine_deg", path),
                             cosine = numbers(table, name + ".cosine_deg", path);
   if (sine.size() != cosine.size()) throw Error("'" + name + "' has lists of different lengths", path, kAdvice);
   for (std::size_t i = 0; i < sine.size(); ++i)
-    error.coefficients.insert(error.coefficients.end(), {sine[i] / kDegrees, cosine[i] / kDegrees});
+    error.coefficients.insert(error.coefficients.end(), {radians(sine[i]), radians(cosine[i])});
   return error;
 }
 
@@ -87,11 +86,9 @@ void write_sensor_model(const std::string& path, const Characterisation& study) 
   std::string text =
       "# An orientation sensor, as `plumbline characterise` found it. For `plumbline run --imu-model` and "
       "`--sensor-model`.\n# Combined uncertainty (k = 1) about the earth's axes (east, north, up), row by row.\n";
-  text += fmt::format("covariance_deg2 = {}\n", list(entries, kDegrees * kDegrees));
+  text += fmt::format("covariance_deg2 = {}\n", list(entries, kDegreesPerRadian * kDegreesPerRadian));
   for (std::size_t axis = 0; axis < 3; ++axis) text += axis_toml(kAxes[axis], study.axes[axis]);
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
+  write_file(path, text);
 }
 
 SensorModel read_sensor_model(const std::string& path) {
@@ -101,11 +98,11 @@ SensorModel read_sensor_model(const std::string& path) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     (*model.error.measured)[axis] = read_axis(table, kAxes[axis], path);
     model.error.amplitude[static_cast<Eigen::Index>(axis)] =
-        number(table, std::string(kAxes[axis]) + ".amplitude_deg", path) / kDegrees;
+        radians(number(table, std::string(kAxes[axis]) + ".amplitude_deg", path));
   }
   const std::vector<double> entries = numbers(table, "covariance_deg2", path);
   if (entries.size() != 9) throw Error("'covariance_deg2' has no nine numbers", path, kAdvice);
-  model.covariance = Eigen::Matrix3d::Map(entries.data()) / (kDegrees * kDegrees);
+  model.covariance = Eigen::Matrix3d::Map(entries.data()) * (kRadiansPerDegree * kRadiansPerDegree);
   if (!model.covariance.isApprox(model.covariance.transpose(), 1e-9) ||
       Eigen::LLT<Eigen::Matrix3d>(model.covariance).info() != Eigen::Success)
     throw Error("'covariance_deg2' is not symmetric and positive definite", path, kAdvice);

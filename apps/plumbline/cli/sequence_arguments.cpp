@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "calibration/depth_calibration_file.h"
 #include "cli/arguments.h"
+#include "plumbline/calibration.h"
 #include "plumbline/pinhole.h"
 
 namespace plumbline::app {

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,22 +13,24 @@
 #include "cli/backend_arguments.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/interrupt.h"
 #include "cli/orientation_arguments.h"
 #include "cli/parameter_arguments.h"
+#include "cli/progress.h"
 #include "cli/sequence_arguments.h"
 #include "cli/sequence_text.h"
 #include "io/trajectory.h"
+#include "plumbline/angles.h"
+#include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
 #include "plumbline/trajectory.h"
-#include "run/tracked_path.h"
+#include "run/frame_source.h"
 #include "sensor/convention_check.h"
 
 namespace plumbline::app {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct CalibrateArguments {
   SequenceArguments sequence;
@@ -81,28 +82,48 @@ void write_depth(const CalibrateArguments& a, const std::optional<DepthCalibrati
   if (!depth)
     throw Error("the depth's distortion could not be told", a.sequence.path,
                 "Hold the camera where it sees a room full of things, and turn it about for ten seconds or more.");
-  save_depth_calibration(a.depth_output, *depth, a.command_line);
+  write_depth_calibration(a.depth_output, depth->distortion, depth_calibration_comments(*depth, a.command_line));
   say("written    {}; use it with `plumbline run SEQUENCE --depth-calibration {}`", a.depth_output, a.depth_output);
 }
 
+/// One bar for each pass over the frames.
+class PassProgress {
+ public:
+  void update(const CalibrationProgress& state) {
+    if (!bar_ || state.pass != pass_) bar_.emplace(state.total, false);
+    pass_ = state.pass;
+    bar_->update(state.done, state.tracked, state.done - state.tracked);
+  }
+  void clear() { bar_.reset(); }
+
+ private:
+  std::optional<Progress> bar_;
+  int pass_ = 0;
+};
+
 Trajectory track(const CalibrateArguments& a) {
-  TrackingOptions options;
+  const bool undistort = a.sequence.depth_calibration.empty();
+  const InterruptGuard interrupt;
+  PassProgress progress;
+  CalibrationOptions options;
   options.parameters = effective_parameters(a.parameters);
   options.backend = a.backend;
   options.threads = a.threads;
-  options.max_frames = a.max_frames;
-  options.calibrate_depth = a.sequence.depth_calibration.empty();
+  options.stopping = [&] { return interrupt.signal() != 0; };
+  options.on_progress = [&](const CalibrationProgress& state) { progress.update(state); };
   validate(options.parameters);
   SequenceOptions input = sequence_options(a.sequence);
   input.color = false;
   const std::unique_ptr<Sequence> sequence = open_sequence(a.sequence.path, input);
   for (const std::string& line : describe(*sequence)) say(line);
-  const TrackedPath path = track_path(*sequence, options);
+  const CameraPath path = track_path(*sequence, chosen_frames(*sequence, a.max_frames),
+                                     undistort ? TrackedDepth::undistorted : TrackedDepth::as_read, options);
+  progress.clear();
   say("camera     {} of {} frames tracked", path.poses.size(), path.frames);
   if (path.poses.empty())
     throw Error("no frame has enough depth to begin with", a.sequence.path,
                 "Check --depth-scale, preprocess.min_depth and preprocess.max_depth against the images.");
-  if (options.calibrate_depth) say_depth(path.depth);
+  if (undistort) say_depth(path.depth);
   if (!a.depth_output.empty()) write_depth(a, path.depth);
   return path.poses;
 }
@@ -114,33 +135,34 @@ std::string quaternion_text(const Eigen::Matrix3d& rotation) {
 }
 
 double degrees_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-  return so3::angle(a.transpose() * b) / kDegree;
+  return degrees(so3::angle(a.transpose() * b));
 }
 
 Eigen::Vector3d mounting_sd(const MountingCalibration& c) { return c.covariance.diagonal().cwiseMax(0).cwiseSqrt(); }
 
 void say_motion(const MountingCalibration& c) {
-  const Eigen::Vector3d s = c.spread / kDegree;
+  const Eigen::Vector3d s = c.spread / kRadiansPerDegree;
   say("motion     {} frames over {:.1f} s, {:.0f}°/s rms; turned by {:.1f}°, {:.1f}° and {:.1f}° rms about its "
       "principal "
       "axes,",
-      c.frames, c.duration, c.speed / kDegree, s[0], s[1], s[2]);
+      c.frames, c.duration, degrees(c.speed), s[0], s[1], s[2]);
   say("           the first of them {} in the camera's frame", axis_text(c.spread_axes.col(0)));
 }
 
 void say_result(const MountingCalibration& c) {
-  const Eigen::Vector3d sd = mounting_sd(c) / kDegree, along = c.sd_along() / kDegree, e = c.systematic / kDegree;
+  const Eigen::Vector3d sd = mounting_sd(c) / kRadiansPerDegree, along = c.sd_along() / kRadiansPerDegree,
+                        e = c.systematic / kRadiansPerDegree;
   say("speeds     correlation {:.3f} at a time offset of {:.1f} ms", c.correlation, 1e3 * c.first_offset);
   if (c.turns == 0) return;
   say("Tsai-Lenz  \"{}\"  residual {:.2f}° rms of {} turns", quaternion_text(c.tsai_lenz),
-      c.tsai_lenz_residual / kDegree, c.turns);
+      degrees(c.tsai_lenz_residual), c.turns);
   say("Park-Martin \"{}\" residual {:.2f}°, {:.2f}° from Tsai-Lenz", quaternion_text(c.park_martin),
-      c.park_martin_residual / kDegree, degrees_between(c.park_martin, c.tsai_lenz));
+      degrees(c.park_martin_residual), degrees_between(c.park_martin, c.tsai_lenz));
   say("refined    \"{}\"  residual {:.2f}° rms of a frame, {:.2f}° from Park-Martin",
-      quaternion_text(c.body_from_camera), c.residual / kDegree, degrees_between(c.body_from_camera, c.park_martin));
+      quaternion_text(c.body_from_camera), degrees(c.residual), degrees_between(c.body_from_camera, c.park_martin));
   say("           with a drift of {:.2f}° between both, and a systematic error of the sensor of up to {:.1f}°, {:.1f}° "
       "(tilt)\n           and {:.1f}° (heading)",
-      c.drift / kDegree, e[0], e[1], e[2]);
+      degrees(c.drift), e[0], e[1], e[2]);
   say("mounting   body_from_camera \"{}\", ± {:.2f}°, {:.2f}°, {:.2f}° about the camera's x, y, z",
       quaternion_text(c.body_from_camera), sd[0], sd[1], sd[2]);
   say("           (one standard deviation; {:.2f}° in the worst direction, {:.2f}° in the best; {:.1f} successive "
@@ -176,7 +198,7 @@ void write(const CalibrateArguments& a, const OrientationStream& stream, const M
       {"How an orientation sensor is mounted, for `plumbline run --orientation-calibration FILE`. Made by",
        a.command_line,
        fmt::format("from {} frames; motion: {}; residual {:.2f} degrees rms.", c.frames, to_string(c.verdict),
-                   c.residual / kDegree)});
+                   degrees(c.residual))});
   say("written    {}; use it with `plumbline run SEQUENCE --orientation FILE --orientation-calibration {}`", a.output,
       a.output);
 }
@@ -195,7 +217,7 @@ int calibrate(const CalibrateArguments& a) {
   const Trajectory camera = a.trajectory.empty() ? track(a) : read_poses(a);
   say("orientation {} readings from {}", stream.samples().size(), describe(a.orientation));
   for (const std::string& note : notes) say("note       {}", note);
-  CalibrationOptions options;
+  MountingOptions options;
   options.search.longest = a.search;
   const MountingCalibration c = calibrate_mounting(camera, stream, options);
   say_motion(c);
@@ -249,7 +271,7 @@ void add_calibrate_command(CLI::App& app, Command& chosen, const std::string& co
   command->footer(
       "Hold the camera where it sees a room full of things, and turn it for ten seconds or more by 40° each way about "
       "all\n"
-      "three axes. The camera is tracked by its depth alone; no target is needed. How the camera bends its depth is "
+      "three axes. The camera is tracked by its depth alone; no target is needed. The distortion of its depth is "
       "found\n"
       "from frames that saw the same things, and taken out. If the motion was too poor, nothing "
       "is\n"

@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "cli/sensor_model.h"
 #include "io/csv.h"
 #include "io/orientation_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/orientation.h"
 #include "report/plot.h"
 #include "sensor/characterisation.h"
@@ -17,7 +17,6 @@
 namespace plumbline::app {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kAxes[] = {"X (east)", "Y (north)", "Z (up)"};
 
 struct CharacteriseArguments {
@@ -37,8 +36,8 @@ void say_table(const Characterisation& study) {
   say("axis       angle     readings  systematic  random   combined  expanded (k = 2), degrees");
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const RestReadings& rest : study.axes[axis].rests)
-      say("{:<9} {:>8.2f} {:>10} {:>11.3f} {:>8.3f} {:>9.3f} {:>9.3f}", kAxes[axis], kDegrees * rest.angle, rest.count,
-          kDegrees * rest.systematic, kDegrees * rest.random, kDegrees * rest.combined(), kDegrees * rest.expanded());
+      say("{:<9} {:>8.2f} {:>10} {:>11.3f} {:>8.3f} {:>9.3f} {:>9.3f}", kAxes[axis], degrees(rest.angle), rest.count,
+          degrees(rest.systematic), degrees(rest.random), degrees(rest.combined()), degrees(rest.expanded()));
 }
 
 void say_summary(const Characterisation& study) {
@@ -50,8 +49,8 @@ void say_summary(const Characterisation& study) {
     else
       say("{:<10} {} angles: systematic within ±{:.2f}° ({:.2f}° rms), random {:.3f}°, combined {:.2f}°, expanded "
           "(k = 2) {:.2f}°",
-          kAxes[axis], a.rests.size(), kDegrees * a.amplitude, kDegrees * a.systematic, kDegrees * a.random,
-          kDegrees * a.combined(), 2 * kDegrees * a.combined());
+          kAxes[axis], a.rests.size(), degrees(a.amplitude), degrees(a.systematic), degrees(a.random),
+          degrees(a.combined()), 2 * degrees(a.combined()));
   }
 }
 
@@ -60,9 +59,9 @@ void write_csv(const Characterisation& study, const std::string& path) {
                 {"axis", "angle_deg", "readings", "systematic_deg", "random_deg", "combined_deg", "expanded_deg"});
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const RestReadings& r : study.axes[axis].rests)
-      csv.row({std::string(1, "xyz"[axis]), fmt::format("{:.6f}", kDegrees * r.angle), std::to_string(r.count),
-               fmt::format("{:.6f}", kDegrees * r.systematic), fmt::format("{:.6f}", kDegrees * r.random),
-               fmt::format("{:.6f}", kDegrees * r.combined()), fmt::format("{:.6f}", kDegrees * r.expanded())});
+      csv.row({std::string(1, "xyz"[axis]), fmt::format("{:.6f}", degrees(r.angle)), std::to_string(r.count),
+               fmt::format("{:.6f}", degrees(r.systematic)), fmt::format("{:.6f}", degrees(r.random)),
+               fmt::format("{:.6f}", degrees(r.combined())), fmt::format("{:.6f}", degrees(r.expanded()))});
   csv.close();
 }
 
@@ -72,16 +71,16 @@ Panel panel_of(const AxisStudy& axis, const char* name) {
       fit{"fit", {}, {}, Mark::line};
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
   for (const RestReadings& rest : axis.rests) {
-    points.x.push_back(kDegrees * rest.angle);
-    points.y.push_back(kDegrees * rest.systematic);
+    points.x.push_back(degrees(rest.angle));
+    points.y.push_back(degrees(rest.systematic));
     for (const double side : {-2.0, 2.0, kGap}) {
-      spread.x.push_back(kDegrees * rest.angle);
-      spread.y.push_back(kDegrees * (rest.systematic + side * rest.random));
+      spread.x.push_back(degrees(rest.angle));
+      spread.y.push_back(degrees(rest.systematic + side * rest.random));
     }
   }
   for (int degree = -180; degree <= 180 && !axis.rests.empty(); ++degree) {
     fit.x.push_back(degree);
-    fit.y.push_back(kDegrees * axis.fit.at(degree / kDegrees));
+    fit.y.push_back(degrees(axis.fit.at(radians(degree))));
   }
   points.width = 4;
   Panel panel;

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "eval/surface_error.h"
 #include "io/orientation_file.h"
 #include "io/png.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/mesh.h"
 #include "plumbline/pinhole.h"
@@ -35,7 +35,6 @@ constexpr Pinhole kPictureCamera{1100.0f, 1100.0f, 639.5f, 479.5f, 1280, 960};
 constexpr double kErrorRange = 0.02;                             // metres that are red
 constexpr double kGoodTrajectory = 0.010, kGoodSurface = 0.010;  // metres
 constexpr double kFast = 4;
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 constexpr int kFastFrames = 148;  // before they are played faster; then the hand comes too near to see anything
 
 struct DemoArguments {
@@ -131,7 +130,7 @@ std::string fast_motion(const DemoArguments& arguments, const sim::Scene& scene)
   return fmt::format(
       "A hand that moves {:g} times as fast. KinectFusion: {}. Plumbline with the orientation of a cheap sensor, off "
       "by up to {:g}° of tilt and {:g}° of heading: {}.",
-      kFast, without, chip.x() * kDegreesPerRadian, chip.z() * kDegreesPerRadian, outcome(options));
+      kFast, without, degrees(chip.x()), degrees(chip.z()), outcome(options));
 }
 
 /// Whether the demo shows what it should.

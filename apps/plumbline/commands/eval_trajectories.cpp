@@ -8,7 +8,6 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +19,7 @@
 #include "io/atomic_file.h"
 #include "io/csv.h"
 #include "io/trajectory.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/evaluation.h"
 #include "plumbline/time.h"
@@ -32,7 +32,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kStandardOutput = "-";
 
 struct EvalArguments {
@@ -157,9 +156,7 @@ void write_json(const std::string& path, const Json& json) {
   // Paths may hold bytes that are not UTF-8, which JSON cannot.
   const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
   if (path == kStandardOutput) return say(text);
-  AtomicFile file(path);
-  file.write(text + "\n");
-  file.commit();
+  write_file(path, text + "\n");
 }
 
 /// Name, number of pairs, and the six figures of each quantity (a column name's beginning, its unit, its values).
@@ -183,9 +180,7 @@ void write_csv(const std::string& path, const Comparison<Result>& comparison,
     }
     text += '\n';
   }
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
+  write_file(path, text);
 }
 
 /// What failed, on stderr; the exit code.
@@ -319,7 +314,7 @@ Json rpe_json(const EvalArguments& arguments, const Comparison<eval::RelativeErr
     if (row.result) {
       entry["pairs"] = row.result->pairs.size();
       entry["translation_m"] = to_json(row.result->translation);
-      entry["rotation_deg"] = to_json(row.result->rotation, kDegrees);
+      entry["rotation_deg"] = to_json(row.result->rotation, kDegreesPerRadian);
     } else {
       entry["problem"] = row.problem;
     }
@@ -349,12 +344,12 @@ int evaluate_rpe(const EvalArguments& arguments) {
                               : fmt::format("a distance of {:g} {}", arguments.delta, arguments.unit));
       if (arguments.offset != 0) say("the estimates' stamps were shifted by {} s", arguments.offset);
       say_table(comparison, "translation (m)", &eval::RelativeError::translation, 1);
-      say_table(comparison, "rotation (deg)", &eval::RelativeError::rotation, kDegrees);
+      say_table(comparison, "rotation (deg)", &eval::RelativeError::rotation, kDegreesPerRadian);
     }
     if (!arguments.csv.empty())
       write_csv<eval::RelativeError>(arguments.csv, comparison,
                                      {{{"translation", "m", 1}, &eval::RelativeError::translation},
-                                      {{"rotation", "deg", kDegrees}, &eval::RelativeError::rotation}});
+                                      {{"rotation", "deg", kDegreesPerRadian}, &eval::RelativeError::rotation}});
     if (!arguments.json.empty()) write_json(arguments.json, rpe_json(arguments, comparison));
     if (!arguments.plot.empty()) plot_rpe(arguments, comparison);
   }

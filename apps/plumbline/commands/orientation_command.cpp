@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "eval/orientation_error.h"
 #include "io/imu_file.h"
 #include "io/orientation_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/time.h"
@@ -20,8 +20,6 @@
 
 namespace plumbline::app {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct FilterArguments {
   std::string input, output = "orientation.txt", filter = "vqf", reference;
@@ -72,9 +70,9 @@ std::string meaning(const ImuRecording& recording) {
 
 nlohmann::ordered_json error_json(const eval::OrientationError& error) {
   return {{"pairs", error.count},
-          {"total_deg", kDegrees * error.total},
-          {"heading_deg", kDegrees * error.heading},
-          {"inclination_deg", kDegrees * error.inclination}};
+          {"total_deg", degrees(error.total)},
+          {"heading_deg", degrees(error.heading)},
+          {"inclination_deg", degrees(error.inclination)}};
 }
 
 int filter(const FilterArguments& a) {
@@ -92,7 +90,7 @@ int filter(const FilterArguments& a) {
   if (recording.reference.empty()) return 0;
   const eval::OrientationError error = eval::orientation_error(recording.reference, samples);
   say("rmse     total {:.3f}°  heading {:.3f}°  inclination {:.3f}°  against {} reference orientations",
-      kDegrees * error.total, kDegrees * error.heading, kDegrees * error.inclination, error.count);
+      degrees(error.total), degrees(error.heading), degrees(error.inclination), error.count);
   return 0;
 }
 

@@ -13,6 +13,7 @@
 #include "cli/sequence_arguments.h"
 #include "plumbline/config.h"
 #include "plumbline/trajectory.h"
+#include "report/report.h"
 #include "run/live_source.h"
 #include "run/reconstruction.h"
 #include "tracking/orientation_guide.h"
@@ -50,6 +51,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   options.groundtruth = arguments.groundtruth;
   options.mesh = !arguments.no_mesh;
   options.report = !arguments.no_report;
+  options.write_report = report_writer();
   options.pixel_use_frames = arguments.pixel_use_frames;
   options.icp_frames = arguments.icp_frames;
   options.quiet = arguments.quiet;

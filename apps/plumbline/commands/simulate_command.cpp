@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +19,7 @@
 #include "core/threads.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
@@ -31,7 +31,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kRadians = std::numbers::pi / 180;
 constexpr const char* kPoseForm = "\"TX TY TZ QX QY QZ QW\"";
 
 struct SimulateArguments {
@@ -104,9 +103,9 @@ sim::OrientationSensorOptions sensor_of(const SimulateArguments& arguments, doub
   sim::OrientationSensorOptions sensor = arguments.sensor;
   sensor.seed = arguments.sensor_seed.value_or(arguments.seed);
   sensor.clock_drift = 1e-6 * arguments.drift_ppm;
-  sensor.orientation_noise = arguments.orientation_noise * kRadians;
-  sensor.tilt_error = arguments.ideal ? 0 : arguments.tilt * kRadians;
-  sensor.heading_error = arguments.ideal ? 0 : arguments.heading * kRadians;
+  sensor.orientation_noise = radians(arguments.orientation_noise);
+  sensor.tilt_error = arguments.ideal ? 0 : radians(arguments.tilt);
+  sensor.heading_error = arguments.ideal ? 0 : radians(arguments.heading);
   sensor.body_from_camera = parse_pose("0 0 0 " + arguments.mounting, "--imu-mounting").rotation();
   const std::vector<double> lever = parse_numbers(arguments.lever, 3, "--imu-lever", "\"X Y Z\"");
   sensor.lever_arm = {lever[0], lever[1], lever[2]};
@@ -130,7 +129,7 @@ int simulate(const SimulateArguments& arguments) {
   sequence.scene = arguments.scene;
   sequence.trajectory = arguments.trajectory;
   sequence.speed = arguments.speed;
-  sequence.turn = arguments.turn * kRadians;
+  sequence.turn = radians(arguments.turn);
   sequence.turn_axis = arguments.turn_axis;
   sequence.rate = arguments.rate;
   sequence.seed = arguments.seed;

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 
 #include "io/atomic_file.h"
 #include "io/imu_file.h"
@@ -14,6 +13,7 @@
 #include "io/orientation_file.h"
 #include "io/png.h"
 #include "io/trajectory.h"
+#include "plumbline/angles.h"
 #include "plumbline/mesh.h"
 #include "plumbline/orientation.h"
 #include "plumbline/pinhole.h"
@@ -25,14 +25,6 @@ namespace plumbline::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
-
-void write_text(const fs::path& path, const std::string& text) {
-  AtomicFile file(path.string());
-  file.write(text);
-  file.commit();
-}
 
 std::string image_name(const char* folder, Nanoseconds time) {
   return fmt::format("{}/{}.png", folder, format_seconds(time));
@@ -87,14 +79,14 @@ std::string motion_toml(const SimulatedSequence& s) {
       "clearance = {:.3f}  # m from the camera to the nearest surface, at most 1; negative: passes through one\n"
       "rays_in_range = {:.3f}  # share that meets a surface between 0.5 and 4 m\n"
       "rays_on_focus = {:.3f}  # share that ends within the scene's focus\n",
-      quoted(s.trajectory), s.speed, s.turn * kDegrees, quoted(s.turn_axis), s.frames, s.rate,
+      quoted(s.trajectory), s.speed, degrees(s.turn), quoted(s.turn_axis), s.frames, s.rate,
       pose_numbers(s.placement.scene_from_recorded), s.placement.clearance, s.placement.share_in_range,
       s.placement.share_on_focus);
   if (s.smoothing)
     text += fmt::format(
         "# the recorded poses were smoothed: local quadratic regression over 60 ms either side, cubic B-spline\n"
         "smoothing_rms = {:.6f}  # m\nsmoothing_rms_deg = {:.4f}\nlongest_gap = {:.3f}  # s without a recorded pose\n",
-        s.smoothing->translation_rms, s.smoothing->rotation_rms * kDegrees, s.smoothing->longest_gap);
+        s.smoothing->translation_rms, degrees(s.smoothing->rotation_rms), s.smoothing->longest_gap);
   return text + "\n";
 }
 
@@ -110,7 +102,7 @@ std::string camera_toml(const sim::DepthCameraOptions& c) {
       "grazing_start_deg = {:.6g}\ngrazing_end_deg = {:.6g}\nedge_holes = {:.9g}\nsignal = {:.9g}\nshadow = {}\n\n",
       c.camera.width, c.camera.height, c.camera.fx, c.camera.fy, c.camera.cx, c.camera.cy, c.depth_scale, c.readout,
       c.exposure, c.exposure_samples, c.noise, n.axial, n.lateral, n.baseline, n.focal_length, n.disparity_step,
-      n.correlation, n.distortion, n.min_range, n.max_range, n.grazing_start * kDegrees, n.grazing_end * kDegrees,
+      n.correlation, n.distortion, n.min_range, n.max_range, degrees(n.grazing_start), degrees(n.grazing_end),
       n.edge_holes, n.signal, n.shadow);
 }
 
@@ -125,9 +117,9 @@ std::string sensor_toml(const sim::OrientationSensorOptions& o) {
       "magnetometer_noise = {:.9g}  # µT\ndisturbance = {}  # µT, east north up\n"
       "disturbance_begin = {:.9g}  # s\ndisturbance_end = {:.9g}  # s\n",
       o.seed, o.rate, o.latency, o.clock_offset, o.clock_drift, q.x(), q.y(), q.z(), q.w(), numbers(o.lever_arm),
-      o.tilt_error * kDegrees, o.heading_error * kDegrees, o.harmonics, o.orientation_noise * kDegrees,
-      o.gyroscope_noise, o.gyroscope_bias, o.gyroscope_bias_walk, o.accelerometer_noise, o.magnetometer_noise,
-      numbers(o.disturbance), o.disturbance_begin, o.disturbance_end);
+      degrees(o.tilt_error), degrees(o.heading_error), o.harmonics, degrees(o.orientation_noise), o.gyroscope_noise,
+      o.gyroscope_bias, o.gyroscope_bias_walk, o.accelerometer_noise, o.magnetometer_noise, numbers(o.disturbance),
+      o.disturbance_begin, o.disturbance_end);
 }
 
 std::string scene_toml(const SimulatedSequence& s) {
@@ -177,16 +169,17 @@ double write_simulated_sequence(const std::string& path, const Mesh& mesh, const
 
   const Trajectory poses = true_trajectory(sequence);
   const Pinhole& k = sequence.camera.camera;
-  write_text(folder / "camera-intrinsics.txt", fmt::format("{} 0 {}\n0 {} {}\n0 0 1\n", k.fx, k.cx, k.fy, k.cy));
+  write_file((folder / "camera-intrinsics.txt").string(),
+             fmt::format("{} 0 {}\n0 {} {}\n0 0 1\n", k.fx, k.cx, k.fy, k.cy));
   write_tum_trajectory((folder / "groundtruth.txt").string(), poses);
   const std::vector<sim::InertialSample> samples =
       sim::simulate_sensor(sequence.world_from_camera, sequence.duration, sequence.start, sequence.sensor);
   write_orientations((folder / "orientation.txt").string(), orientations(samples));
   write_imu((folder / "imu.csv").string(), imu_recording(samples));
   write_ply((folder / "scene.ply").string(), mesh);
-  write_text(folder / "scene.toml", scene_toml(sequence));
-  if (sequence.camera.color) write_text(folder / "rgb.txt", image_list("rgb", poses));
-  write_text(folder / "depth.txt", image_list("depth", poses));  // last: with it the folder is a sequence
+  write_file((folder / "scene.toml").string(), scene_toml(sequence));
+  if (sequence.camera.color) write_file((folder / "rgb.txt").string(), image_list("rgb", poses));
+  write_file((folder / "depth.txt").string(), image_list("depth", poses));  // last: with it the folder is a sequence
   return seconds;
 }
 

@@ -84,9 +84,7 @@ std::string write_mesh_page(const fs::path& path, const std::string& output) {
 
 std::string copied(const fs::path& page, const std::string& output) {
   if (output.empty()) return page.string();
-  AtomicFile file(output);
-  file.write(read_file(page.string()));
-  file.commit();
+  write_file(output, read_file(page.string()));
   return output;
 }
 

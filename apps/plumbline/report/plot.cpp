@@ -328,12 +328,6 @@ void check_ending(const std::string& path) {
     throw Error("the kind of plot is not known from the file's name", path, "Let it end in .svg or .png.");
 }
 
-void write_whole(const std::string& path, const std::string& bytes) {
-  AtomicFile file(path);
-  file.write(bytes);
-  file.commit();
-}
-
 }  // namespace
 
 std::string plot_color(std::size_t index) { return kPalette[index % kPalette.size()]; }
@@ -353,11 +347,11 @@ void save_plot(const Plot& plot, const std::string& path, bool keep_script) {
   if (drawn.status != 0 || drawn.out.empty())
     throw Error("gnuplot could not draw the plot: " + reason_of(drawn.err), path,
                 "Check that `gnuplot --version` says 5.4 or later.");
-  write_whole(path, drawn.out);
+  write_file(path, drawn.out);
   if (!keep_script) return;
   const std::string name = fs::path(path).filename().string();
-  write_whole(fs::path(path).replace_extension(".gp").string(),
-              "# gnuplot THIS_FILE draws " + name + "\n" + terminal + "set output " + quoted(name) + "\n" + body);
+  write_file(fs::path(path).replace_extension(".gp").string(),
+             "# gnuplot THIS_FILE draws " + name + "\n" + terminal + "set output " + quoted(name) + "\n" + body);
 }
 
 }  // namespace plumbline::app

@@ -172,6 +172,11 @@ Report report_of(const Reconstruction& run) {
 
 bool can_report() { return !report_template().empty(); }
 
+std::function<void(const std::string&, const Reconstruction&)> report_writer() {
+  if (!can_report()) return {};
+  return [](const std::string& path, const Reconstruction& run) { write_report(path, report_of(run)); };
+}
+
 void write_report(const std::string& path, const Report& report) {
   const std::string_view page = report_template();
   if (page.empty())

@@ -1,6 +1,7 @@
 // report.html: one page that needs nothing beside itself. What `plumbline run`, `demo` and `view` leave for people.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ Report report_of(const Reconstruction& run);
 
 /// Whether the program holds the page (PLUMBLINE_REPORT).
 bool can_report();
+
+/// For `ReconstructionOptions::write_report`; none if the program has no page.
+std::function<void(const std::string& path, const Reconstruction& run)> report_writer();
 
 /// Throws Error if the program has no page or the file cannot be written whole. Meshes are decimated, and long runs
 /// thinned, so that the file stays below 20 MB.

@@ -1,4 +1,5 @@
 #include "report/report_frames.h"
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
 #include "plumbline/trajectory.h"
@@ -6,13 +7,11 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 namespace plumbline::app {
 namespace {
 
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostRows = 40'000, kMostTruePoses = 20'000;
 
@@ -54,8 +53,8 @@ std::vector<Column> tracking_columns() {
           {"inlier_fraction", registered([](const TrackingResult& t) { return t.inlier_fraction; })},
           {"rms_m", registered([](const TrackingResult& t) { return t.rms; })},
           {"median_distance_m", registered([](const TrackingResult& t) { return t.median_distance; })},
-          {"seed_deg", [](const Row& r) { return r.frame->seed_angle * kDegreesPerRadian; }},
-          {"seed_to_result_deg", [](const Row& r) { return r.frame->seed_to_result_angle * kDegreesPerRadian; }}};
+          {"seed_deg", [](const Row& r) { return degrees(r.frame->seed_angle); }},
+          {"seed_to_result_deg", [](const Row& r) { return degrees(r.frame->seed_to_result_angle); }}};
 }
 
 std::vector<Column> time_columns() {

@@ -4,9 +4,9 @@
 #include <array>
 #include <iterator>
 #include <limits>
-#include <numbers>
 #include <utility>
 
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
@@ -15,7 +15,6 @@
 namespace plumbline::app {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kTruthColor = "#222222";
 constexpr const char* kDifferenceColor = "#e05050";
@@ -140,7 +139,7 @@ Plot relative_error_plot(const Trajectory& reference, const std::vector<Relative
     plot.panels[0].series.push_back(
         over_time(e.name, e.error->pairs, time, [](const auto& pair) { return pair.translation; }));
     plot.panels[1].series.push_back(
-        over_time(e.name, e.error->pairs, time, [](const auto& pair) { return kDegrees * pair.rotation; }));
+        over_time(e.name, e.error->pairs, time, [](const auto& pair) { return degrees(pair.rotation); }));
   }
   return plot;
 }

@@ -3,19 +3,17 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <numbers>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/time.h"
 #include "tracking/starts.h"
 
 namespace plumbline::app {
 namespace {
-
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 std::vector<std::string> columns(const TrackingParameters& parameters) {
   std::vector<std::string> names = {"index", "time_s", "status", "reason"};
@@ -51,44 +49,62 @@ std::vector<std::string> columns(const TrackingParameters& parameters) {
   return names;
 }
 
+void add_tracking(const FrameReport& report, int levels, std::vector<std::string>* row) {
+  const TrackingResult& tracking = report.tracking;
+  for (int i = 0; i < levels; ++i) {
+    const auto level = static_cast<std::size_t>(i);
+    row->push_back(std::to_string(level < tracking.iterations.size() ? tracking.iterations[level] : 0));
+  }
+  row->push_back(std::to_string(tracking.inliers));
+  for (const double value : {tracking.inlier_fraction, agreement(tracking), tracking.rms, tracking.median_distance})
+    row->push_back(fmt::format("{:.6g}", value));
+}
+
+void add_seed(const ProcessedFrame& processed, std::vector<std::string>* row) {
+  const FrameReport& report = processed.report;
+  if (report.orientation == OrientationUse::missing)
+    row->emplace_back(processed.reading ? to_string(processed.reading->status) : "");
+  else
+    row->emplace_back(to_string(report.orientation));
+  row->push_back(std::to_string(report.starts));
+  row->push_back(fmt::format("{:.4f}", degrees(report.seed_angle)));
+  row->push_back(fmt::format("{:.4f}", degrees(report.seed_to_result_angle)));
+  row->push_back(std::to_string(report.tracking.rank));
+  row->push_back(fmt::format("{:.6g}", report.tracking.condition));
+}
+
+void add_times(const ReadTimes& read, const StageTimes& ms, std::vector<std::string>* row) {
+  for (const double value : {read.wait, read.decode, ms.preprocess, ms.track, ms.integrate, ms.raycast, ms.total()})
+    row->push_back(fmt::format("{:.3f}", value));
+}
+
+void add_pose(const SE3& world_from_camera, std::vector<std::string>* row) {
+  const Eigen::Vector3d t = world_from_camera.translation();
+  const Eigen::Quaterniond q = world_from_camera.quaternion();
+  for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()})
+    row->push_back(fmt::format("{:.9f}", value));
+}
+
 }  // namespace
 
-FrameLog::FrameLog(std::string path, const TrackingParameters& parameters)
-    : path_(std::move(path)),
-      partial_(path_ + ".partial"),
-      levels_(static_cast<int>(parameters.iterations.size())),
-      csv_(std::make_unique<CsvWriter>(partial_, columns(parameters))) {}
+FrameLog::FrameLog(std::string path, TrackingParameters parameters)
+    : path_(std::move(path)), partial_(path_ + ".partial"), parameters_(std::move(parameters)) {}
 
-void FrameLog::add(const FrameReport& report, const ReadTimes& read, std::string_view missing_reading) {
-  const TrackingResult& tracking = report.tracking;
+void FrameLog::observe(const ProcessedFrame& processed) {
+  if (!csv_) csv_ = std::make_unique<CsvWriter>(partial_, columns(parameters_));
+  const FrameReport& report = processed.report;
   std::vector<std::string> row = {std::to_string(report.index), format_seconds(report.time, 9),
-                                  std::string(to_string(tracking.status)), std::string(to_string(tracking.reason))};
-  for (int i = 0; i < levels_; ++i) {
-    const auto level = static_cast<std::size_t>(i);
-    row.push_back(std::to_string(level < tracking.iterations.size() ? tracking.iterations[level] : 0));
-  }
-  row.push_back(std::to_string(tracking.inliers));
-  row.push_back(fmt::format("{:.6g}", tracking.inlier_fraction));
-  row.push_back(fmt::format("{:.6g}", agreement(tracking)));
-  row.push_back(fmt::format("{:.6g}", tracking.rms));
-  row.push_back(fmt::format("{:.6g}", tracking.median_distance));
-  row.emplace_back(report.orientation == OrientationUse::missing ? missing_reading : to_string(report.orientation));
-  row.push_back(std::to_string(report.starts));
-  row.push_back(fmt::format("{:.4f}", report.seed_angle * kDegreesPerRadian));
-  row.push_back(fmt::format("{:.4f}", report.seed_to_result_angle * kDegreesPerRadian));
-  row.push_back(std::to_string(tracking.rank));
-  row.push_back(fmt::format("{:.6g}", tracking.condition));
-  const StageTimes& ms = report.milliseconds;
-  for (const double value : {read.wait, read.decode, ms.preprocess, ms.track, ms.integrate, ms.raycast, ms.total()})
-    row.push_back(fmt::format("{:.3f}", value));
-  const Eigen::Vector3d t = report.world_from_camera.translation();
-  const Eigen::Quaterniond q = report.world_from_camera.quaternion();
-  for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()})
-    row.push_back(fmt::format("{:.9f}", value));
+                                  std::string(to_string(report.tracking.status)),
+                                  std::string(to_string(report.tracking.reason))};
+  add_tracking(report, static_cast<int>(parameters_.iterations.size()), &row);
+  add_seed(processed, &row);
+  add_times(processed.read, report.milliseconds, &row);
+  add_pose(report.world_from_camera, &row);
   csv_->row(row);
 }
 
 void FrameLog::commit() {
+  if (!csv_) return;
   csv_->close();
   std::error_code error;
   std::filesystem::rename(partial_, path_, error);

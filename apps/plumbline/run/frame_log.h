@@ -3,29 +3,30 @@
 
 #include <memory>
 #include <string>
-#include <string_view>
 
 #include "io/csv.h"
-#include "run/reconstruction.h"
+#include "plumbline/parameters.h"
+#include "run/frame_loop.h"
 
 namespace plumbline::app {
 
 /// Rows go to `path`.partial, handed to the system one by one, so that a run that was killed leaves all of them; only
 /// `commit` replaces an older `path`.
-class FrameLog {
+class FrameLog : public FrameObserver {
  public:
-  FrameLog(std::string path, const TrackingParameters& parameters);
-  /// Without a commit(): the partial table stays, as it may be all that is left of a run.
-  ~FrameLog() = default;
+  /// Nothing is written before the first frame.
+  FrameLog(std::string path, TrackingParameters parameters);
 
-  /// `missing_reading`: why the frame had no reading of the orientation sensor, for a sequence that has one. Throws
-  /// Error if the disk is full.
-  void add(const FrameReport& report, const ReadTimes& read, std::string_view missing_reading);
+  /// Throws Error if the disk is full.
+  void observe(const ProcessedFrame& processed) override;
+  /// Without it the partial table stays, as it may be all that is left of a run. Nothing happens if no frame came.
   void commit();
+  /// Where the rows are before commit(); empty if no frame came.
+  std::string partial() const { return csv_ ? partial_ : ""; }
 
  private:
   std::string path_, partial_;
-  int levels_;
+  TrackingParameters parameters_;
   std::unique_ptr<CsvWriter> csv_;
 };
 

@@ -1,5 +1,9 @@
 #include "run/orientation_check.h"
 
+#include <fmt/format.h>
+
+#include <utility>
+
 namespace plumbline::app {
 namespace {
 
@@ -25,6 +29,27 @@ std::optional<std::string> OrientationCheck::observe(const FrameReport& report, 
   if (check.verdict == ConventionVerdict::another_fits || check.verdict == ConventionVerdict::none_fits)
     return check.message;
   return std::nullopt;
+}
+
+OrientationObserver::OrientationObserver(const std::optional<OrientationStreamOptions>& declared, Note note)
+    : note_(std::move(note)) {
+  // Turns of a sensor without heading cannot be compared with the camera's.
+  if (declared && declared->convention.has_heading) check_.emplace(*declared);
+}
+
+void OrientationObserver::observe(const ProcessedFrame& processed) {
+  const FrameReport& report = processed.report;
+  const OrientationUse previous = previous_.value_or(report.orientation);
+  previous_ = report.orientation;
+  if (!processed.reading) return;
+  if (const auto message = check_ ? check_->observe(report, *processed.reading) : std::nullopt) {
+    message_ = *message;
+    note_(*message);
+  }
+  const bool is_distrusted = report.orientation == OrientationUse::distrusted;
+  if (is_distrusted != (previous == OrientationUse::distrusted))
+    note_(fmt::format("frame {}: the orientation {}", report.index,
+                      is_distrusted ? "disagrees with the tracking and is not used" : "agrees again"));
 }
 
 }  // namespace plumbline::app

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plumbline/pipeline.h"
+#include "run/frame_loop.h"
 #include "sensor/convention_check.h"
 #include "sensor/orientation_stream.h"
 
@@ -29,6 +30,24 @@ class OrientationCheck {
   std::deque<Tracked> recent_;
   std::vector<TurnPair> pairs_;
   bool done_ = false;
+};
+
+/// Tells the user of readings that do not fit as declared, and of a sensor that is distrusted or trusted again.
+class OrientationObserver : public FrameObserver {
+ public:
+  /// `declared`: how the readings were declared; none without a sensor.
+  OrientationObserver(const std::optional<OrientationStreamOptions>& declared, Note note);
+
+  void observe(const ProcessedFrame& processed) override;
+
+  /// That the readings do not fit as declared; empty if they do or nothing can be told.
+  const std::string& message() const { return message_; }
+
+ private:
+  std::optional<OrientationCheck> check_;
+  std::optional<OrientationUse> previous_;
+  std::string message_;
+  Note note_;
 };
 
 }  // namespace plumbline::app

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/depth_calibration.h"
+#include "plumbline/calibration.h"
 #include "plumbline/evaluation.h"
 #include "plumbline/mesh.h"
 #include "plumbline/parameters.h"
@@ -19,6 +19,8 @@
 #include "sensor/orientation_stream.h"
 
 namespace plumbline::app {
+
+struct Reconstruction;
 
 struct ReconstructionOptions {
   std::string sequence;
@@ -33,13 +35,14 @@ struct ReconstructionOptions {
   SE3 initial_pose;         ///< world_from_camera of the first frame
   std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
   bool mesh = true;
-  bool report = true;  ///< write report.html, if this program can
+  bool report = true;                                                                    ///< write report.html, by
+  std::function<void(const std::string& path, const Reconstruction& run)> write_report;  ///< none: it cannot
   std::optional<OrientationStream> orientation;
   std::string orientation_source;              ///< in words, for the summary
   std::vector<std::string> orientation_notes;  ///< what was odd about its file
   std::vector<int> pixel_use_frames;           ///< frames whose pixels' use is painted, by their index in the sequence
   std::vector<int> icp_frames;                 ///< frames whose iterations are written, by their index in the sequence
-  std::function<std::unique_ptr<FrameSource>()> open_live;  ///< in place of `sequence`, `input` and `orientation`
+  std::function<std::unique_ptr<FrameSource>()> open_live;  ///< instead of `sequence`, `input` and `orientation`
   bool quiet = false;
   std::string command_line;  ///< for the summary
 };

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "calibration/depth_calibration_file.h"
 #include "calibration/orientation_calibration.h"
+#include "plumbline/calibration.h"
 #include "plumbline/se3.h"
 #include "support/program.h"
 #include "support/small_sequence.h"

@@ -1,0 +1,98 @@
+#include "run/run_outputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+
+#include "cli/console.h"
+#include "io/atomic_file.h"
+#include "io/mesh.h"
+#include "io/trajectory.h"
+#include "plumbline/calibration.h"
+#include "plumbline/config.h"
+#include "plumbline/error.h"
+#include "run/summary.h"
+
+namespace plumbline::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+void evaluate(Reconstruction* run) {
+  if (run->truth.empty()) return;
+  try {
+    run->ate = eval::absolute_trajectory_error(run->truth, run->trajectory);
+  } catch (const Error& error) {
+    run->ate_note = error.what();
+  }
+}
+
+/// A file of an earlier run would tell of that one.
+void remove_older(const std::string& path) {
+  std::error_code ignored;
+  fs::remove(path, ignored);
+}
+
+/// For other recordings of this camera.
+void write_depth(const std::string& path, const Reconstruction& run) {
+  if (!run.depth) return remove_older(path);
+  write_depth_calibration(path, run.depth->distortion, depth_calibration_comments(*run.depth, run.command_line));
+}
+
+/// Never what a run fails for: the other files hold all that is in the page.
+void write_page(const ReconstructionOptions& options, Reconstruction* run) {
+  const std::string path = output_path(options, "report.html");
+  try {
+    if (options.report && options.write_report) {
+      options.write_report(path, *run);
+      run->report = path;
+      return;
+    }
+  } catch (const std::exception& error) {
+    warn(fmt::format("there is no report of this run; its other files are whole\n  {}", error.what()));
+  }
+  remove_older(path);
+}
+
+void say_summary(const ReconstructionOptions& options, const Reconstruction& run) {
+  for (const std::string& line : summary_text(run)) say(line);
+  if (!run.report.empty()) say("report     {}", run.report);
+  if (options.report && !options.write_report)
+    say("report     none: this program was built without it (PLUMBLINE_REPORT)");
+}
+
+}  // namespace
+
+std::string output_path(const ReconstructionOptions& options, const std::string& name) {
+  return (fs::path(options.output) / name).string();
+}
+
+bool is_worth_writing(const Reconstruction& run) {
+  if (run.signal != 0) return !run.trajectory.empty();
+  const bool alone = run.frames.size() == 1 && !run.trajectory.empty();
+  return alone || std::any_of(run.frames.begin(), run.frames.end(), [](const FrameReport& frame) {
+           return frame.tracking.status == TrackingStatus::tracked;
+         });
+}
+
+void write_outputs(const ReconstructionOptions& options, const Pipeline& pipeline, FrameLog* log, Reconstruction* run) {
+  // The trajectory first: it is the smallest, and what a full disk should spare.
+  write_tum_trajectory(output_path(options, "trajectory.txt"), run->trajectory);
+  evaluate(run);
+  run->world_from_volume = pipeline.world_from_volume();
+  run->volume_side = pipeline.volume_side();
+  if (options.mesh) {
+    run->mesh = pipeline.extract_mesh();
+    write_ply(output_path(options, "mesh.ply"), run->mesh);
+  }
+  write_file(output_path(options, "config.toml"), to_toml(options.parameters));
+  write_depth(output_path(options, "depth.toml"), *run);
+  log->commit();
+  write_file(output_path(options, "summary.json"), summary_json(*run));
+  write_page(options, run);
+  if (!options.quiet) say_summary(options, *run);
+}
+
+}  // namespace plumbline::app

@@ -1,0 +1,22 @@
+// The final piece of a run: the files in its output folder.
+#pragma once
+
+#include <string>
+
+#include "plumbline/pipeline.h"
+#include "run/frame_log.h"
+#include "run/reconstruction.h"
+
+namespace plumbline::app {
+
+/// Path of a file in the output folder.
+std::string output_path(const ReconstructionOptions& options, const std::string& name);
+
+/// False for a run that never registered one frame to another: it has nothing to put in place of older results.
+bool is_worth_writing(const Reconstruction& run);
+
+/// Writes everything that was reached, completes `run` by mesh and evaluation, and tells the user. Throws Error if a
+/// file cannot be written; a report that cannot be written is a warning.
+void write_outputs(const ReconstructionOptions& options, const Pipeline& pipeline, FrameLog* log, Reconstruction* run);
+
+}  // namespace plumbline::app
