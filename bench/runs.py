@@ -19,7 +19,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = os.environ.get("PLUMBLINE", str(ROOT / "build" / "release" / "plumbline"))
 POSE = ("tx", "ty", "tz", "qx", "qy", "qz", "qw")
-# The placement of the volume decides as much as the method (METHOD.md §6.5). The published presets have the paper's 6 m
+# The placement of the volume decides as much as the method (docs/method.md §6.5). The published presets have the paper's 6 m
 # with the camera inside; in the 8 m that `plumbline` has by default their 3 cm of truncation are two voxels, and they do
 # worse on a desk (docs/results.md).
 PAPERS_VOLUME = ("--set", "volume.side=6", "--set", "volume.offset=-0.4")

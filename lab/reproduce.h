@@ -69,7 +69,7 @@ struct Setup {
 
 /// Seeds that a sensor is worth.
 std::vector<int> seeds_of(const std::string& sensor, int seeds);
-/// Where the volume stands: the paper's 6 m for the published presets (METHOD §6.5), its own for `plumbline`.
+/// Where the volume stands: the paper's 6 m for the published presets (docs/method.md §6.5), its own for `plumbline`.
 std::vector<std::string> volume_arguments(const std::string& preset);
 Run run_of(const ReproduceOptions& options, const DatasetSource& source, const Setup& setup, int seed, int frames);
 

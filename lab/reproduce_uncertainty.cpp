@@ -1,6 +1,6 @@
 // Figure "Uncertainty characterization of the BNO055 IMU": the study on a turntable, with the simulated sensor on it.
 //
-// After the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008), METHOD §5: at each reference
+// After the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008), docs/method.md §5: at each reference
 // orientation the sensor rests for 5 s, then 1000 readings are taken at 100 Hz. The standard deviation of the readings
 // is the random part, the difference of their mean from the reference the systematic one.
 #include <fmt/format.h>

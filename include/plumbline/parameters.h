@@ -108,7 +108,7 @@ struct MeshParameters {
   int min_weight = 3;
 };
 
-/// All of them. A default-constructed value is the `kinectfusion` preset: METHOD.md §1.
+/// All of them. A default-constructed value is the `kinectfusion` preset: docs/method.md §1.
 struct Parameters {
   PreprocessParameters preprocess;
   TrackingParameters tracking;

@@ -9,8 +9,8 @@ namespace plumbline {
 
 namespace {
 
-/// As published (Giancola et al. 2018): METHOD.md §2 to §4 on top of the baseline. The wider gate is for the median
-/// filter to narrow.
+/// As published (Giancola et al. 2018): docs/method.md §2 to §4 on top of the baseline. The wider gate is for the
+/// median filter to narrow.
 Parameters paper() {
   Parameters p;
   p.tracking.distance_gate = 0.50;
@@ -24,7 +24,7 @@ Parameters paper() {
   return p;
 }
 
-/// Our default: METHOD.md §6, points 1 to 5, with what recorded and simulated sequences asked for besides
+/// Our default: docs/method.md §6, points 1 to 5, with what recorded and simulated sequences asked for besides
 /// (docs/results.md): a redundancy of 1000 and not 10⁴, and a prior that goes on with the velocity that was seen, else
 /// the camera lags behind wherever the scene is some metres away; iterations until the step is small and a gate that
 /// follows the distances, for fast motion; a volume that reaches as far around the camera as the sensor sees.

@@ -1,5 +1,5 @@
 // Projective point-to-plane registration: association, gates, distance distribution and normal equations in one pass.
-// METHOD.md §1 and §4; Low 2004 for the linearisation, Newcombe et al. 2011 for the projective association.
+// docs/method.md §1 and §4; Low 2004 for the linearisation, Newcombe et al. 2011 for the projective association.
 #pragma once
 
 #include "kernels/lane.h"
@@ -115,7 +115,7 @@ PL_HD IcpPair<F> associate(const IcpInput& in, int x, int y) {
   pair.in_distribution = has_model;
   pair.used = aligned && pair.distance >= F(in.band_low) && pair.distance <= F(in.band_high);
 
-  // Huber's weight, δ/|r| beyond δ (Huber 1964; METHOD.md §6.1).
+  // Huber's weight, δ/|r| beyond δ (Huber 1964; docs/method.md §6.1).
   const F huber(in.huber);
   pair.weight = F(1.0f);
   if (!in.noise.is_uniform()) pair.weight = in.noise.weight(depth);
@@ -185,8 +185,8 @@ struct IcpReduce {
 };
 
 /// What a pass with the band [`from_low`, `from_high`] must be given to become one with the band of `in`: the median
-/// filter needs the median of the same iteration, which is known only when the pass is through (METHOD.md §4). Only the
-/// few pixels between the bands are associated again; their equations are added or taken away.
+/// filter needs the median of the same iteration, which is known only when the pass is through (docs/method.md §4).
+/// Only the few pixels between the bands are associated again; their equations are added or taken away.
 struct IcpCorrection {
   IcpInput in;
   float from_low, from_high;

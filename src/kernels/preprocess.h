@@ -1,4 +1,4 @@
-// From a raw depth image to what registration needs: metres, smoothed depth, a pyramid, normals. METHOD.md §1.
+// From a raw depth image to what registration needs: metres, smoothed depth, a pyramid, normals. docs/method.md §1.
 //
 // A reading of zero means "none" everywhere, and so does the padding around each plane; see PlaneView.
 #pragma once

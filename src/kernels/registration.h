@@ -1,6 +1,6 @@
 // What happens between the passes of a frame's registration: the solve, the step, the gates of the next pass, and
-// whether a level is through (METHOD.md §1, "minimisation"; §3, §4 and §6). A host runs it between launches, a device
-// without leaving the kernel: both ask `advance` what to sum up next until nothing is left.
+// whether a level is through (docs/method.md §1, "minimisation"; §3, §4 and §6). A host runs it between launches, a
+// device without leaving the kernel: both ask `advance` what to sum up next until nothing is left.
 #pragma once
 
 #include <limits>
@@ -210,7 +210,7 @@ PL_SHARED bool still_moves(const RegistrationRules& rules, const double* step) {
   return kUsualDistance * xi.head<3>().norm() + xi.tail<3>().norm() >= rules.converged_step;
 }
 
-/// The median's bin has not changed over so many successive iterations (METHOD.md §4).
+/// The median's bin has not changed over so many successive iterations (docs/method.md §4).
 PL_SHARED bool median_stands_still(const RegistrationRules& rules, RegistrationState* s) {
   if (rules.converged_after == 0) return false;
   s->same = s->bin == s->last_bin ? s->same + 1 : 1;

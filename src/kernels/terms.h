@@ -20,7 +20,7 @@ struct Estimate {
   Association found = {};
 };
 
-/// λ of the matched fraction ν in (0, 1] (METHOD.md §3); 0 for nothing matched.
+/// λ of the matched fraction ν in (0, 1] (docs/method.md §3); 0 for nothing matched.
 PL_SHARED double lambda(LambdaSchedule schedule, double c, double matched_fraction) {
   if (!(matched_fraction > 0)) return 0;
   switch (schedule) {
@@ -38,7 +38,7 @@ PL_SHARED double lambda(LambdaSchedule schedule, double c, double matched_fracti
   return 0;
 }
 
-/// The published regulariser (METHOD.md §3): 2λn damps the rotation of each step, n the matched pixels;
+/// The published regulariser (docs/method.md §3): 2λn damps the rotation of each step, n the matched pixels;
 /// on the scale of the registration's sums.
 struct RotationDamping {
   LambdaSchedule schedule = LambdaSchedule::constant;
@@ -63,8 +63,8 @@ PL_SHARED NormalEquations rotation_term(const Eigen::Vector3d& residual, const E
   return term;
 }
 
-/// The sensor's reading as a measurement (METHOD.md §6.4): residual log(R R_absᵀ) in earth axes with the sensor's own
-/// covariance. However many steps are taken, the rotation is judged against the reading.
+/// The sensor's reading as a measurement (docs/method.md §6.4): residual log(R R_absᵀ) in earth axes with the sensor's
+/// own covariance. However many steps are taken, the rotation is judged against the reading.
 struct OrientationAnchor {
   Eigen::Matrix3d earth_from_camera, earth_from_world;
   Eigen::Matrix3d information;  ///< inverse of the covariance: 1/radians², earth axes
@@ -79,8 +79,8 @@ struct OrientationAnchor {
 };
 
 /// The tilt of a sensor without heading: residual z × u, u being where the estimate has what the sensor calls up. In
-/// earth axes, radians for small tilts; about the vertical nothing is held (METHOD.md §6.4 with an infinite heading
-/// variance). What heading the reading has does not matter.
+/// earth axes, radians for small tilts; about the vertical nothing is held (docs/method.md §6.4 with an infinite
+/// heading variance). What heading the reading has does not matter.
 struct TiltAnchor {
   Eigen::Vector3d up_in_camera;
   Eigen::Matrix3d earth_from_world;
@@ -95,7 +95,7 @@ struct TiltAnchor {
   }
 };
 
-/// The camera is about where it is expected (METHOD.md §6.2): residual t − t_expected.
+/// The camera is about where it is expected (docs/method.md §6.2): residual t − t_expected.
 struct TranslationPrior {
   Eigen::Vector3d expected;
   Eigen::Matrix3d information;  ///< 1/metres²
@@ -114,7 +114,7 @@ struct TranslationPrior {
   }
 };
 
-/// A Gaussian belief of the whole pose, as a filter predicts it (METHOD.md §8, "Register"): residual
+/// A Gaussian belief of the whole pose, as a filter predicts it (docs/method.md §8): residual
 /// (log(R R̂ᵀ), t − t̂) in the world's axes.
 struct PosePrior {
   SE3 expected;          ///< world_from_camera

@@ -1,4 +1,5 @@
-// A frame on its way into the tracker: metres, smoothing, pyramid, normals. METHOD.md §1, "depth filter" to "normals".
+// A frame on its way into the tracker: metres, smoothing, pyramid, normals. docs/method.md §1, "depth filter" to
+// "normals".
 #pragma once
 
 #include "backend/maps.h"

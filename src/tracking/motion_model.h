@@ -17,7 +17,7 @@ struct PositionBelief {
 /// nor goes on with a velocity that the images never showed.
 class MotionModel {
  public:
-  /// `sigma`: m/s. `memory`: seconds; 0 expects the camera to stay where it is (METHOD.md §6.2).
+  /// `sigma`: m/s. `memory`: seconds; 0 expects the camera to stay where it is (docs/method.md §6.2).
   MotionModel(double sigma, double memory);
 
   /// `seconds` after the last believed position.

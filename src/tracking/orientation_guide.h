@@ -18,7 +18,7 @@
 namespace plumbline {
 
 /// Whether the sensor predicts the camera's turns better than the guess that the camera does not turn. Judged over
-/// spans of frames, where an orientation's smooth systematic error (METHOD.md §5) changes little, and a wrong
+/// spans of frames, where an orientation's smooth systematic error (docs/method.md §5) changes little, and a wrong
 /// convention, mounting or clock much.
 class OrientationMonitor {
  public:
@@ -54,13 +54,13 @@ class OrientationGuide {
   /// What a reading is good for now.
   OrientationUse use(const std::optional<Eigen::Matrix3d>& earth_from_camera) const;
 
-  /// Initial guess of a frame: the position of `last`, and the rotation that the parameters ask for (METHOD.md §2 and
-  /// §6.3); `last` itself for a sensor without heading. The reading must be usable (`use` says so).
+  /// Initial guess of a frame: the position of `last`, and the rotation that the parameters ask for (docs/method.md §2
+  /// and §6.3); `last` itself for a sensor without heading. The reading must be usable (`use` says so).
   SE3 seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const;
 
-  /// Initial guesses, `seed` first. A smooth systematic error of the heading (METHOD.md §5) grows with the turn since
-  /// the last reading, and may put the seed outside of what ICP converges from: so the others are turned about the
-  /// vertical.
+  /// Initial guesses, `seed` first. A smooth systematic error of the heading (docs/method.md §5) grows with the turn
+  /// since the last reading, and may put the seed outside of what ICP converges from: so the others are turned about
+  /// the vertical.
   std::vector<SE3> starts(const SE3& seed, const Eigen::Matrix3d& earth_from_camera) const;
 
   /// Adds the term that the parameters name, if they do.

@@ -50,7 +50,7 @@ int min_inliers_at(const TrackingParameters& parameters, int level) {
 }
 
 // A level of fewer columns has too few points to be better than the next finer one's start: with four levels of 640
-// pixels the camera was lost three times as often as with three (docs/design.md).
+// pixels the camera was lost three times as often as with three (docs/decisions/0010).
 constexpr int kFewestColumns = 64;
 
 /// Where the number of iterations is not fixed, the finer levels make up for such a level.

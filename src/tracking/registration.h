@@ -15,7 +15,7 @@
 
 namespace plumbline {
 
-/// What a registration starts from. The default is the plain KinectFusion of METHOD.md §1.
+/// What a registration starts from. The default is the plain KinectFusion of docs/method.md §1.
 struct RegistrationInput {
   SE3 world_from_model;                        ///< camera pose from which the model was predicted
   SE3 world_from_camera_seed;                  ///< initial guess
@@ -29,7 +29,7 @@ int pyramid_levels(const TrackingParameters& parameters);
 /// What the parameters ask of every pass and step.
 kernels::RegistrationRules registration_rules(const TrackingParameters& parameters);
 
-/// Registers `live` against `model` (METHOD.md §1, "association" and "minimisation"; §3 and §4). The model's
+/// Registers `live` against `model` (docs/method.md §1, "association" and "minimisation"; §3 and §4). The model's
 /// pyramid may lack the finest levels, which are not registered.
 TrackingResult register_frame(const Backend& backend, const DepthPyramid& live, const DepthPyramid& model,
                               const RegistrationInput& input, const TrackingParameters& parameters);

@@ -7,8 +7,8 @@
 namespace plumbline {
 
 /// What one pixel's squared residual weighs beside a prior, 1/κσ²: neighbouring pixels are not independent
-/// (METHOD.md §6.4). κ is that of an image of 320×240; it goes with the number of pixels, so that an image tells the
-/// same at every size.
+/// (docs/method.md §6.4). κ is that of an image of 320×240; it goes with the number of pixels, so that an image tells
+/// the same at every size.
 double registration_information(const TrackingParameters& parameters, int level_pixels);
 
 /// The covariance of the parameters, radians², earth axes (east, north, up).

@@ -1,5 +1,5 @@
-// Fusion by brute force: every voxel of every brick, in double, straight from METHOD.md's definition. The kernels must
-// give the same without touching most of the volume.
+// Fusion by brute force: every voxel of every brick, in double, straight from the definition in docs/method.md §1. The
+// kernels must give the same without touching most of the volume.
 #pragma once
 
 #include <algorithm>
