@@ -83,6 +83,14 @@ bool is_recording(const std::string& path) {
   return std::filesystem::is_regular_file(path, error) || is_ros2_folder(path);
 }
 
+bool holds_recording(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return is_ros2_folder(path);
+  const RandomAccessFile file(path);
+  const std::string first = file.read(0, std::min<std::uint64_t>(file.size(), 16));
+  return is_matroska(first) || is_rosbag(first) || is_sqlite(first) || is_mcap(first);
+}
+
 std::unique_ptr<Sequence> open_recording(const std::string& path, const SequenceOptions& options) {
   if (std::error_code error; std::filesystem::is_directory(path, error)) return open_ros_recording(path, options);
   const RandomAccessFile file(path);

@@ -30,6 +30,9 @@ std::unique_ptr<Sequence> open_ros_recording(const std::string& path, const Sequ
 /// Whether open_recording is for this path: a file, or a folder of ROS 2.
 bool is_recording(const std::string& path);
 
+/// Whether the path is a recording by its content, and no text file or folder of images.
+bool holds_recording(const std::string& path);
+
 /// Of items ordered by their member `time` the nearest one, if it is within `limit`.
 template <class Stamped>
 std::optional<Stamped> nearest_in_time(const std::vector<Stamped>& sorted, Nanoseconds time, Nanoseconds limit) {
