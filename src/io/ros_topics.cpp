@@ -77,7 +77,7 @@ int fitness(const MessageTopic& topic, const CameraInfo& info, const MessageTopi
   return 2 * parts + 3 * same_frame + (of_info == of_image ? 4 : 0) + (same_size ? 8 : 0) - (size_known && !same_size);
 }
 
-/// "/device_0/sensor_1" or "/device_0/sensor_1/Color_0" of a topic in librealsense's recordings; empty for others.
+/// The first parts, "/device_0/sensor_1" or "/device_0/sensor_1/Color_0", of a topic in librealsense's recordings; empty for others.
 std::string realsense_prefix(std::string_view topic, int parts) {
   if (!topic.starts_with("/device_")) return "";
   std::size_t end = 0;
@@ -192,7 +192,7 @@ std::optional<CameraOfTopic> camera_of(const MessageStore& store, const MessageT
 }
 
 std::optional<double> realsense_depth_scale(const MessageStore& store, const MessageTopic& depth) {
-  const std::string sensor = realsense_prefix(depth.name, 3);
+  const std::string sensor = realsense_prefix(depth.name, 2);
   if (sensor.empty()) return std::nullopt;
   for (const MessageTopic& topic : store.topics()) {
     std::string name = topic.name;
@@ -213,7 +213,7 @@ Mountings::Mountings(const MessageStore& store) {
     const auto first = [&] { return store.read(topic.messages.front()); };
     try {
       if (topic.type == "geometry_msgs/Transform" && has(topic.name, "/tf/"))
-        streams_.push_back({realsense_prefix(topic.name, 4), parse_transform(first().bytes, topic.wire, name)});
+        streams_.push_back({realsense_prefix(topic.name, 3), parse_transform(first().bytes, topic.wire, name)});
       if (topic.type.ends_with("/Extrinsics"))
         extrinsics_.push_back({lower(topic.name), parse_extrinsics(first().bytes, topic.wire, name)});
       if (topic.type != "tf2_msgs/TFMessage" && topic.type != "tf/tfMessage") continue;
@@ -251,7 +251,7 @@ std::optional<SE3> Mountings::through_tree(std::string_view first, std::string_v
 std::optional<Mountings::Found> Mountings::between(const MessageTopic& first, std::string_view first_frame,
                                                    const MessageTopic& second, std::string_view second_frame) const {
   const auto stream = [&](const MessageTopic& topic) {
-    const std::string prefix = realsense_prefix(topic.name, 4);
+    const std::string prefix = realsense_prefix(topic.name, 3);
     return std::find_if(streams_.begin(), streams_.end(),
                         [&](const OfStream& s) { return !prefix.empty() && s.prefix == prefix; });
   };

@@ -1,10 +1,10 @@
 // `plumbline run` on good sequences: what it writes, says, and leaves alone.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <fstream>
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
