@@ -8,12 +8,21 @@
 namespace plumbline {
 namespace {
 
-ColumnName column_name(std::string_view text) {
-  const std::size_t open = text.find('[');
+/// Without the quotes that spreadsheets put around a name.
+std::string_view unquoted(std::string_view text) {
+  text = trim(text);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = trim(text.substr(1, text.size() - 2));
+  return text;
+}
+
+ColumnName column_name(std::string_view quoted) {
+  const std::string_view text = unquoted(quoted);
+  std::size_t open = text.find('[');
+  if (open == std::string_view::npos && text.ends_with(')')) open = text.rfind('(');
   ColumnName column{lower(trim(text.substr(0, open))), ""};
   if (open == std::string_view::npos) return column;
   const std::string_view unit = text.substr(open + 1);
-  column.unit = lower(trim(unit.substr(0, unit.find(']'))));
+  column.unit = lower(trim(unit.substr(0, unit.find_first_of("])"))));
   return column;
 }
 
@@ -64,7 +73,10 @@ std::vector<std::string_view> table_fields(std::string_view text) {
 
 bool is_heading(const TextLine& line) {
   const std::string_view first = first_field(line);
-  return !first.empty() &&
+  const auto fields = table_fields(line.text);
+  const auto numbers = std::count_if(fields.begin(), fields.end(),
+                                     [](std::string_view field) { return parse_double(field).has_value(); });
+  return !first.empty() && 2 * static_cast<std::size_t>(numbers) < std::max<std::size_t>(fields.size(), 2) &&
          (std::isalpha(static_cast<unsigned char>(first.front())) != 0 || first.front() == '"' ||
           first.front() == '%') &&
          !parse_double(first);

@@ -11,7 +11,7 @@ namespace plumbline {
 
 struct ColumnName {
   std::string name;  ///< lower case, without blanks around it and without its unit
-  std::string unit;  ///< what stood in square brackets after the name, lower case; empty without brackets
+  std::string unit;  ///< what stood in brackets after the name, lower case; empty without brackets
 };
 
 /// Names between commas, or between blanks where there are none.
@@ -29,7 +29,8 @@ std::string_view first_field(const TextLine& line);
 /// Fields between commas, which may be empty, or between blanks where there are no commas.
 std::vector<std::string_view> table_fields(std::string_view text);
 
-/// A heading is a line whose first field is a word, or begins with '%' as `rostopic echo -p` writes it.
+/// A heading is a line whose first field is a word, or begins with '%' as `rostopic echo -p` writes it, and most of
+/// whose fields are no numbers.
 bool is_heading(const TextLine& line);
 
 /// A table's lines without its heading.

@@ -36,7 +36,10 @@ struct Layout {
     double factor = 1;
   };
   std::array<std::optional<Triple>, kSensors> sensors;
-  std::optional<std::size_t> reference;  ///< a quaternion w x y z of an optical system, and whether it counts
+  std::array<bool, kSensors> unit_known{};  ///< the heading tells it
+  bool named = false;                       ///< the sensors are told by the heading
+  bool stray_scanner = false;               ///< its heading: the accelerometer has the sign of the acceleration
+  std::optional<std::size_t> reference;     ///< a quaternion w x y z of an optical system, and whether it counts
 };
 
 struct Unit {
@@ -45,15 +48,28 @@ struct Unit {
 };
 constexpr double kGravity = 9.80665;
 constexpr std::array kUnits = {
-    std::array<Unit, 6>{Unit{"rad/s", 1},
+    std::array<Unit, 8>{Unit{"rad/s", 1},
                         {"rads-1", 1},
-                        {"deg/s", radians(1)},
-                        {"degs-1", radians(1)},
-                        {"°/s", radians(1)},
-                        {"dps", radians(1)}},
-    std::array<Unit, 6>{
-        Unit{"m/s2", 1}, {"ms-2", 1}, {"m/s²", 1}, {"g", kGravity}, {"mg", kGravity * 1e-3}, {"g0", kGravity}},
-    std::array<Unit, 6>{Unit{"ut", 1}, {"µt", 1}, {"mt", 1e3}, {"t", 1e6}, {"g", 100}, {"gauss", 100}}};
+                        {"rads", 1},
+                        {"deg/s", kRadiansPerDegree},
+                        {"degs-1", kRadiansPerDegree},
+                        {"°/s", kRadiansPerDegree},
+                        {"dps", kRadiansPerDegree},
+                        {"degs", kRadiansPerDegree}},
+    std::array<Unit, 8>{Unit{"m/s2", 1},
+                        {"ms-2", 1},
+                        {"m/s²", 1},
+                        {"mps2", 1},
+                        {"ms2", 1},
+                        {"g", kGravity},
+                        {"mg", kGravity * 1e-3},
+                        {"g0", kGravity}},
+    std::array<Unit, 8>{
+        Unit{"ut", 1}, {"µt", 1}, {"mt", 1e3}, {"t", 1e6}, {"g", 100}, {"gauss", 100}, {"nt", 1e-3}, {"μt", 1}}};
+/// Units that stand behind a name without brackets, as in gyro_x_dps.
+constexpr std::array<std::string_view, 14> kUnitEndings = {"_rad/s", "_deg/s", "_rad_s", "_deg_s", "_rads",
+                                                           "_degs",  "_dps",   "_m/s2",  "_m_s2",  "_mps2",
+                                                           "_ms2",   "_mg",    "_g",     "_ut"};
 constexpr std::array<std::string_view, kSensors> kSensorNames = {"gyroscope", "accelerometer", "magnetometer"};
 
 double unit_factor(Sensor sensor, std::string unit, const TextFile& file) {
@@ -74,16 +90,39 @@ std::optional<std::pair<Sensor, int>> component_of(const std::string& name) {
   const auto has = [&](std::string_view part) { return stem.find(part) != std::string::npos; };
   const int axis = name.back() - 'x';
   if (has("bias") || has("cov")) return std::nullopt;
+  if (has("user") || has("gravity")) return std::nullopt;  // what phones make of their accelerometer's readings
   if (has("gyr") || has("angularvel") || has("angularrate") || has("rotationrate") || has("omega") || stem == "g" ||
-      stem == "w" || stem == "wrss")
+      stem == "alpha" || stem == "w" || stem == "wrss")
     return std::pair(kGyroscope, axis);
   if (has("acc") || has("specificforce") || stem == "a" || stem == "arss") return std::pair(kAccelerometer, axis);
   if (has("mag") || stem == "m") return std::pair(kMagnetometer, axis);
   return std::nullopt;
 }
 
+/// A unit at the end of a name, put where those in brackets are.
+ColumnName with_unit_apart(ColumnName column) {
+  for (const std::string_view ending : kUnitEndings) {
+    if (!column.unit.empty() || column.name.size() <= ending.size() || !column.name.ends_with(ending)) continue;
+    ColumnName apart{column.name.substr(0, column.name.size() - ending.size()), std::string(ending.substr(1))};
+    std::replace(apart.unit.begin(), apart.unit.end(), '_', '/');
+    if (component_of(apart.name)) return apart;
+  }
+  return column;
+}
+
+/// "time_ms" and "timestamp_ns" tell the unit of the stamps.
+std::string stamp_unit(const ColumnName& column) {
+  if (!column.unit.empty()) return column.unit;
+  for (const std::string_view unit : {"ms", "us", "ns", "sec"})
+    if (column.name.ends_with(unit) && column.name.size() > unit.size() &&
+        column.name[column.name.size() - unit.size() - 1] == '_')
+      return std::string(unit);
+  return "";
+}
+
 /// Fills in what the names tell. Whether any name was one of a sensor.
-bool columns_by_name(const std::vector<ColumnName>& names, const TextFile& file, Layout* layout) {
+bool columns_by_name(std::vector<ColumnName> names, const TextFile& file, Layout* layout) {
+  std::transform(names.begin(), names.end(), names.begin(), with_unit_apart);
   std::array<std::array<int, 3>, kSensors> at;
   for (auto& axes : at) axes.fill(-1);
   bool any = false;
@@ -101,9 +140,12 @@ bool columns_by_name(const std::vector<ColumnName>& names, const TextFile& file,
     Layout::Triple triple;
     for (std::size_t i = 0; i < 3; ++i) triple.column[i] = static_cast<std::size_t>(axes[i]);
     triple.factor = unit_factor(sensor, names[triple.column[0]].unit, file);
+    layout->unit_known[sensor] = !names[triple.column[0]].unit.empty();
+    if (sensor == kGyroscope) layout->stray_scanner = names[triple.column[0]].name.starts_with("alpha");
     layout->sensors[sensor] = triple;
   }
-  layout->stamp_unit = names[layout->stamp].unit;
+  layout->stamp_unit = stamp_unit(names[layout->stamp]);
+  layout->named = any;
   return any;
 }
 
@@ -247,18 +289,147 @@ std::optional<OrientationSample> parse_reference(const TextFile& file, const Tex
   return OrientationSample{time, decode_orientation(quaternion, {QuaternionOrder::wxyz})};
 }
 
-/// At rest a sensor feels 9.8 m/s²; half of the time a hand-held one feels little else.
-void check_force(const std::vector<ImuSample>& samples, std::vector<std::string>* notes) {
+/// What the readings of three columns look like, in the file's own unit.
+struct Look {
+  double median = 0, high = 0, spread = 0;  ///< of the norms: median, 95th percentile, mean deviation from the median
+  bool around(double value) const { return median > 0.75 * value && median < 1.25 * value && spread < 0.3 * median; }
+  /// Gravity in a unit that is in use: m/s², g, mg, or counts of a 16-bit chip.
+  double gravity_unit() const {
+    for (const double per_g : {kGravity, 1.0, 1000.0, 16384.0, 8192.0, 4096.0, 2048.0})
+      if (around(per_g)) return per_g;
+    return 0;
+  }
+};
+
+Look look_at(const std::vector<TextLine>& rows, const Layout::Triple& triple) {
+  constexpr std::size_t kRows = 5000;
   std::vector<double> norms;
-  norms.reserve(samples.size());
-  for (const ImuSample& sample : samples) norms.push_back(sample.specific_force.norm());
-  const auto middle = norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 2);
-  std::nth_element(norms.begin(), middle, norms.end());
-  if (*middle >= 0.5 * kGravity && *middle <= 1.5 * kGravity) return;
-  add_note(notes,
-           fmt::format("the accelerometer reads {:.3g} m/s^2 in the median, where gravity alone is 9.8: {}", *middle,
-                       *middle > 0.5 && *middle < 1.5 ? "it seems to be in g; say accelerometer_x [g] in the heading"
-                                                      : "gravity seems to be taken out, or the unit is another"));
+  const std::size_t step = rows.size() / kRows + 1;
+  for (std::size_t i = 0; i < rows.size(); i += step) {
+    const auto fields = table_fields(rows[i].text);
+    double sum = 0;
+    for (const std::size_t column : triple.column) {
+      const auto value = column < fields.size() ? parse_double(fields[column]) : std::nullopt;
+      sum += value ? *value * *value : std::nan("");
+    }
+    if (std::isfinite(sum)) norms.push_back(std::sqrt(sum));
+  }
+  Look look;
+  if (norms.empty()) return look;
+  std::sort(norms.begin(), norms.end());
+  look.median = norms[norms.size() / 2];
+  look.high = norms[norms.size() * 95 / 100];
+  for (const double norm : norms) look.spread += std::abs(norm - look.median) / static_cast<double>(norms.size());
+  return look;
+}
+
+/// Which three columns are which sensor, where the readings contradict that.
+void check_order(const std::vector<TextLine>& rows, Layout* layout, std::vector<std::string>* notes) {
+  auto& [gyroscope, accelerometer, magnetometer] = layout->sensors;
+  if (!gyroscope || !accelerometer) return;
+  const Look rate = look_at(rows, *gyroscope), force = look_at(rows, *accelerometer);
+  const bool gravity_in_rate = rate.around(kGravity) || (!layout->named && rate.around(1));
+  if (!gravity_in_rate || force.gravity_unit() > 0) return;
+  std::swap(gyroscope->column, accelerometer->column);
+  if (!layout->named) layout->unit_known = {};
+  add_note(notes, fmt::format("{} read {:.3g} in the median, which is gravity: they were taken for the accelerometer, "
+                              "and the other three for the gyroscope",
+                              layout->named ? "the columns named gyroscope" : "the first three columns", rate.median));
+}
+
+void find_force_unit(const TextFile& file, const std::vector<TextLine>& rows, Layout* layout,
+                     std::vector<std::string>* notes) {
+  Layout::Triple& triple = *layout->sensors[kAccelerometer];
+  const Look look = look_at(rows, triple);
+  const double per_g = layout->unit_known[kAccelerometer] ? 0 : look.gravity_unit();
+  if (layout->stray_scanner) {
+    triple.factor = -(look.median < 3 ? kGravity : 1);
+    return add_note(notes,
+                    fmt::format("StrayScanner's heading: a_x in {} with the sign of the acceleration, alpha_x the "
+                                "turn rate in rad/s",
+                                look.median < 3 ? "g" : "m/s^2"));
+  }
+  if (per_g > 0 && per_g != kGravity) {
+    triple.factor = kGravity / per_g;
+    return add_note(
+        notes, fmt::format("the accelerometer reads {:.3g} in the median and names no unit: taken for {}", look.median,
+                           per_g == 1      ? "g"
+                           : per_g == 1000 ? "mg"
+                                           : fmt::format("counts of {:g} a g", per_g)));
+  }
+  const double median = triple.factor * look.median;
+  if (median >= 0.5 * kGravity && median <= 1.5 * kGravity) return;
+  if (!layout->named && layout->fields == 4)
+    throw Error(
+        fmt::format("the three columns read {:.3g} in the median, which is no accelerometer's gravity (9.8 m/s^2 "
+                    "or 1 g)",
+                    look.median),
+        file.path(), kAdvice);
+  add_note(notes, fmt::format("the accelerometer reads {:.3g} m/s^2 in the median, where gravity alone is 9.8: gravity "
+                              "seems to be taken out, or the unit is another",
+                              median));
+}
+
+/// Degrees a second where no hand turns so fast in radians, or where gravity's direction says so.
+void find_rate_unit(const std::vector<TextLine>& rows, Layout* layout, std::vector<std::string>* notes) {
+  if (!layout->sensors[kGyroscope] || layout->unit_known[kGyroscope] || layout->stray_scanner) return;
+  constexpr double kFast = 10;      // rad/s: 570°/s
+  constexpr double kCounts = 3000;  // of any unit, above what a chip can measure
+  const Look look = look_at(rows, *layout->sensors[kGyroscope]);
+  if (look.high < kFast) return;
+  if (look.high > kCounts)
+    return add_note(notes,
+                    fmt::format("the gyroscope reads up to {:.3g} and names no unit: neither rad/s nor deg/s can "
+                                "be; rad/s was taken",
+                                look.high));
+  layout->sensors[kGyroscope]->factor = kRadiansPerDegree;
+  add_note(notes, fmt::format("the gyroscope reads up to {:.3g} and names no unit: taken for deg/s", look.high));
+}
+
+/// By how much the gyroscope's readings must be scaled so that they turn gravity's direction as the accelerometer sees
+/// it turn: over spans of a third of a second, Δf = −s·∫ω × f. Empty where the readings do not tell.
+std::optional<double> rate_scale(const std::vector<ImuSample>& samples) {
+  constexpr double kSpan = 0.35, kMinCorrelation = 0.7, kMinTurn = 0.05;
+  double pp = 0, pd = 0, dd = 0;
+  std::size_t begin = 0;
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    turn += samples[i].angular_rate * to_seconds(samples[i].time - samples[i - 1].time);
+    if (to_seconds(samples[i].time - samples[begin].time) < kSpan) continue;
+    const Eigen::Vector3d before = samples[begin].specific_force.normalized(),
+                          after = samples[i].specific_force.normalized();
+    const Eigen::Vector3d predicted = -turn.cross(0.5 * (before + after)), seen = after - before;
+    if (predicted.allFinite() && seen.allFinite() && seen.norm() < 0.7) {
+      pp += predicted.squaredNorm();
+      pd += predicted.dot(seen);
+      dd += seen.squaredNorm();
+    }
+    begin = i;
+    turn.setZero();
+  }
+  if (dd < kMinTurn || pp <= 0 || std::abs(pd) < kMinCorrelation * std::sqrt(pp * dd)) return std::nullopt;
+  return pd / pp;
+}
+
+/// Readings against each other: what the numbers alone could not tell.
+void check_rates(const Layout& layout, std::vector<ImuSample>* samples, std::vector<std::string>* notes) {
+  if (!layout.sensors[kGyroscope]) return;
+  const auto scale = rate_scale(*samples);
+  if (!scale) return;
+  const bool degrees = *scale > 0.3 * kRadiansPerDegree && *scale < 3 * kRadiansPerDegree;
+  if (degrees && !layout.unit_known[kGyroscope] && layout.sensors[kGyroscope]->factor == 1) {
+    for (ImuSample& sample : *samples) sample.angular_rate *= kRadiansPerDegree;
+    add_note(notes, "the gyroscope names no unit; gravity's direction turns as in deg/s, which was taken");
+  } else if (*scale < 0) {
+    add_note(notes,
+             "gyroscope and accelerometer contradict each other: gravity's direction turns the other way; the signs "
+             "or axes of one of them are wrong");
+  } else if (*scale < 0.3 || *scale > 3) {
+    add_note(notes,
+             fmt::format("gyroscope and accelerometer contradict each other: gravity's direction turns {:.2g} times "
+                         "as fast as the gyroscope says; check its unit",
+                         *scale));
+  }
 }
 
 }  // namespace
@@ -267,7 +438,10 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
   const TextFile file(path);
   const Table table = read_table(file);
   if (table.rows.empty()) throw Error("has no readings of an inertial sensor", path, kAdvice);
-  const Layout layout = find_layout(file, table, notes);
+  Layout layout = find_layout(file, table, notes);
+  if (!layout.reference) check_order(table.rows, &layout, notes);
+  find_force_unit(file, table.rows, &layout, notes);
+  find_rate_unit(table.rows, &layout, notes);
 
   ImuRecording recording;
   recording.has_gyroscope = layout.sensors[kGyroscope].has_value();
@@ -296,7 +470,7 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
                                            [](const ImuSample& s) { return s.magnetic_field.has_value(); });
   sort_and_thin(&recording.samples, "samples", notes);
   sort_and_thin(&recording.reference, "reference orientations", notes);
-  check_force(recording.samples, notes);
+  check_rates(layout, &recording.samples, notes);
   return recording;
 }
 
@@ -315,6 +489,23 @@ bool is_imu_file(const std::string& path) {
            const auto component = component_of(column.name);
            return component && component->first == kAccelerometer;
          }) >= 3;
+}
+
+std::optional<Eigen::Matrix3d> mounting_by_format(const std::string& path) {
+  const TextFile file(path);
+  const std::string_view head = read_table(file).head;
+  Eigen::Matrix3d body_from_camera;
+  if (head == "timestamp ax ay az") {  // so TUM's files call them
+    // x left, y up, z forward: the Kinect's accelerometer against its depth camera.
+    body_from_camera = Eigen::Vector3d(-1, -1, 1).asDiagonal();
+    return body_from_camera;
+  }
+  const std::vector<ColumnName> names = column_names(head);
+  const bool stray_scanner = std::any_of(names.begin(), names.end(), [](const auto& c) { return c.name == "alpha_x"; });
+  if (!stray_scanner) return std::nullopt;
+  // A phone's axes: x right and y up as one looks at its screen, held upright; its pictures lie on their side.
+  body_from_camera << 0, -1, 0, -1, 0, 0, 0, 0, -1;
+  return body_from_camera;
 }
 
 void write_imu(const std::string& path, const ImuRecording& recording) {

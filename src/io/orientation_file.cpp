@@ -12,6 +12,7 @@
 #include "io/columns.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/time.h"
@@ -30,10 +31,19 @@ struct Columns {
   QuaternionOrder order = QuaternionOrder::xyzw;
 };
 
+/// Where in a line three angles stand.
+struct EulerColumns {
+  std::size_t heading = 0, roll = 0, pitch = 0;
+  bool clockwise = false;  ///< a heading from north to the east, as the BNO055's; else a yaw against the clock
+  double radians = 1;      ///< of the angles' unit
+};
+
 struct Layout {
   std::size_t fields = 0;
   bool nanoseconds = false;
   Columns columns;
+  std::optional<EulerColumns> euler = {};  ///< instead of `columns`
+  double counts = 1;                       ///< of a quaternion of unit length
 };
 
 std::optional<Columns> columns_by_name(const std::vector<ColumnName>& names) {
@@ -57,9 +67,70 @@ std::optional<Columns> columns_by_number(std::size_t fields, bool nanoseconds) {
   return std::nullopt;
 }
 
+/// Columns named heading or yaw, roll and pitch, in degrees where the unit or the readings say so.
+std::optional<EulerColumns> euler_by_name(const std::vector<ColumnName>& names, const std::vector<TextLine>& rows) {
+  EulerColumns euler;
+  int found = 0;
+  std::string unit;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i].name;
+    const auto is = [&](std::string_view word) { return name.find(word) != std::string::npos; };
+    if (is("heading") || name == "euler_h")
+      euler.heading = i, euler.clockwise = true, found |= 1;
+    else if (is("yaw"))
+      euler.heading = i, found |= 1;
+    else if (is("roll") || name == "euler_r")
+      euler.roll = i, found |= 2;
+    else if (is("pitch") || name == "euler_p")
+      euler.pitch = i, found |= 4;
+    else
+      continue;
+    unit = names[i].unit;
+  }
+  if (found != 7) return std::nullopt;
+  constexpr double kFullTurn = 6.3;
+  bool degrees = unit.starts_with("deg") || unit == "°";
+  for (const TextLine& row : rows) {
+    const auto fields = table_fields(row.text);
+    for (const std::size_t i : {euler.heading, euler.roll, euler.pitch})
+      degrees =
+          degrees || (unit.empty() && i < fields.size() && std::abs(parse_double(fields[i]).value_or(0)) > kFullTurn);
+  }
+  euler.radians = degrees ? kRadiansPerDegree : 1;
+  return euler;
+}
+
+/// z, then y, then x, each about the turned axis. The BNO055's roll turns about y and its pitch about x.
+Eigen::Quaterniond quaternion_of(const EulerColumns& euler, double heading, double roll, double pitch) {
+  const double about_z = (euler.clockwise ? -heading : heading) * euler.radians;
+  const double about_y = (euler.clockwise ? roll : pitch) * euler.radians;
+  const double about_x = (euler.clockwise ? pitch : roll) * euler.radians;
+  return Eigen::AngleAxisd(about_z, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(about_y, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(about_x, Eigen::Vector3d::UnitX());
+}
+
+void note_euler(const EulerColumns& euler, std::vector<std::string>* notes) {
+  add_note(notes, fmt::format("angles in {}: {}, in that order, a guess", euler.radians == 1 ? "radians" : "degrees",
+                              euler.clockwise
+                                  ? "heading clockwise about z, roll about y, pitch about x, as the BNO055 gives them"
+                                  : "yaw about z, pitch about y, roll about x"));
+}
+
 bool is_nanoseconds(std::string_view stamp) {
   constexpr std::size_t kDigits = 11;  // whole seconds of 317 years
   return stamp.size() >= kDigits && parse_unsigned(stamp).has_value();
+}
+
+/// 2^14 for the BNO055's raw quaternions, else 1, by the first line.
+double counts_of(const std::vector<TextLine>& rows, const Columns& columns) {
+  constexpr double kCounts = 16384;
+  const auto fields = split_fields(rows.front().text, true);
+  double sum = 0;
+  for (const std::size_t column : columns.quaternion) {
+    const double value = column < fields.size() ? parse_double(fields[column]).value_or(0) : 0;
+    sum += value * value;
+  }
+  return std::abs(std::sqrt(sum) / kCounts - 1) < kUnitTolerance ? kCounts : 1;
 }
 
 Layout find_layout(const TextFile& file, const Table& table) {
@@ -72,12 +143,15 @@ Layout find_layout(const TextFile& file, const Table& table) {
   const std::vector<ColumnName> names = column_names(table.head);
   std::optional<Columns> columns;
   if (names.size() == layout.fields) columns = columns_by_name(names);
+  if (!columns && names.size() == layout.fields) layout.euler = euler_by_name(names, lines);
+  if (layout.euler) return layout;
   if (!columns && table.has_heading)
     throw Error(fmt::format("has no orientation among the columns {}", list(names)), file.path(), kAdvice);
   if (!columns) columns = columns_by_number(layout.fields, layout.nanoseconds);
   if (!columns)
     file.fail(lines.front(), fmt::format("has {} fields, where an orientation has 5 or 8", layout.fields), kAdvice);
   layout.columns = *columns;
+  layout.counts = counts_of(lines, layout.columns);
   return layout;
 }
 
@@ -93,12 +167,25 @@ std::pair<Nanoseconds, Eigen::Vector4d> parse_line(const TextFile& file, const T
                                                    const std::vector<std::string_view>& fields, const Layout& layout) {
   if (fields.size() != layout.fields)
     file.fail(line, fmt::format("has {} fields where the lines before have {}", fields.size(), layout.fields), kAdvice);
+  if (layout.euler) {
+    std::array<double, 3> angles{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::string_view field = fields[i == 0   ? layout.euler->heading
+                                            : i == 1 ? layout.euler->roll
+                                                     : layout.euler->pitch];
+      const auto value = parse_double(field);
+      if (!value || !std::isfinite(*value)) file.fail(line, fmt::format("'{}' is not a finite number", field), kAdvice);
+      angles[i] = *value;
+    }
+    return {parse_stamp(file, line, fields.front(), layout.nanoseconds),
+            quaternion_of(*layout.euler, angles[0], angles[1], angles[2]).coeffs()};
+  }
   Eigen::Vector4d numbers;
   for (int i = 0; i < 4; ++i) {
     const std::string_view field = fields[layout.columns.quaternion[static_cast<std::size_t>(i)]];
     const auto value = parse_double(field);
     if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kAdvice);
-    numbers[i] = *value;
+    numbers[i] = *value / layout.counts;
   }
   return {parse_stamp(file, line, fields.front(), layout.nanoseconds), numbers};
 }
@@ -131,8 +218,10 @@ std::vector<OrientationSample> read_orientations(const std::string& path, const 
   if (lines.empty()) throw Error("has no orientations", path, kAdvice);
 
   const Layout layout = find_layout(file, table);
+  if (layout.euler) note_euler(*layout.euler, notes);
+  if (layout.counts != 1) add_note(notes, "the quaternions are raw counts of 1/16384, as the BNO055's are");
   OrientationConvention convention = declared;
-  convention.quaternion = declared.quaternion.value_or(layout.columns.order);
+  convention.quaternion = layout.euler ? QuaternionOrder::xyzw : declared.quaternion.value_or(layout.columns.order);
   convention.has_heading = declared.has_heading && table.head.find(kTiltOnly) == std::string_view::npos;
   if (used != nullptr) *used = convention;
 

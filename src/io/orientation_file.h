@@ -17,6 +17,7 @@ namespace plumbline {
 ///     t,qw,qx,qy,qz                        whole nanoseconds
 ///     t,px,py,pz,qw,qx,qy,qz[,…]           whole nanoseconds; EuRoC's state_groundtruth_estimate0 and vicon0
 ///
+/// Angles named heading (or yaw), roll and pitch are read as well, and raw quaternions of the BNO055 (1/16384).
 /// Stamps are nanoseconds where the heading says [ns] or a whole number is too great for seconds.
 /// `convention.quaternion` overrides the order that the format suggests; `used`, where given, gets the convention with
 /// the order that was read, and without heading if the comment says "tilt only".

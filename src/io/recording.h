@@ -13,17 +13,25 @@
 
 namespace plumbline {
 
-/// A recording in one file, told apart by its first bytes. Throws Error as open_sequence does, and for a file that is
-/// no recording.
+/// A recording in one file, told apart by its first bytes, or a folder of ROS 2. Throws Error as open_sequence does,
+/// and for a file that is no recording; for those of other programs it says how to convert them.
 std::unique_ptr<Sequence> open_recording(const std::string& path, const SequenceOptions& options);
 
 /// An Azure Kinect's .mkv, as k4arecorder writes it: depth in millimetres, colour as MJPEG, the IMU, the calibration.
 /// Colour is registered to depth through the calibration.
 std::unique_ptr<Sequence> open_kinect_recording(const std::string& path, const SequenceOptions& options);
 
-/// A ROS 1 bag: depth, and colour of the same size, from the topics that `options` names or that fit best; the first
-/// sensor_msgs/Imu. The camera is that of the camera_info beside the depth.
-std::unique_ptr<Sequence> open_ros_bag(const std::string& path, const SequenceOptions& options);
+/// A recording of ROS 1 (.bag, also librealsense's), of ROS 2 (.db3, .mcap, or a folder of those): depth, and colour,
+/// from the topics that `options` names or that fit best; gyroscope and accelerometer. The camera is that of the
+/// camera_info that belongs to the depth. Colour of another camera is brought to depth where the recording tells how
+/// the two are mounted; else it is left out, which the notes tell.
+std::unique_ptr<Sequence> open_ros_recording(const std::string& path, const SequenceOptions& options);
+
+/// Whether open_recording is for this path: a file, or a folder of ROS 2.
+bool is_recording(const std::string& path);
+
+/// Whether the path is a recording by its content, and no text file or folder of images.
+bool holds_recording(const std::string& path);
 
 /// Of items ordered by their member `time` the nearest one, if it is within `limit`.
 template <class Stamped>

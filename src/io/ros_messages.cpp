@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -17,41 +18,87 @@ constexpr double kMillimetres = 1000;
 constexpr double kFloatScale = 5000;  // to which 32-bit floats in metres are rounded: 0.2 mm, up to 13 m
 constexpr std::uint32_t kMaxSide = 1 << 14;
 
-/// Values one after the other, little-endian, as ROS serialises them.
+/// Values one after the other, as ROS serialises them: ROS 1 little-endian and without gaps; ROS 2 in OMG's Common Data
+/// Representation, which begins with four bytes that tell the order of bytes, and aligns each value to its size.
 class Reader {
  public:
-  Reader(std::string_view bytes, const std::string& name) : rest_(bytes), name_(name) {}
+  Reader(std::string_view bytes, Wire wire, const std::string& name)
+      : all_(bytes), name_(name), aligned_(wire == Wire::cdr) {
+    if (!aligned_) return;
+    const std::string_view head = take_bytes(4);
+    const auto kind = static_cast<unsigned char>(head[1]);
+    const bool known = head[0] == 0 && (kind <= 1 || kind == 6 || kind == 7);  // version 1, version 2
+    if (!known) throw Error("a message is in an encoding of CDR that is not known", name_, "convert the recording");
+    big_endian_ = (kind & 1) == 0;
+    max_alignment_ = kind <= 1 ? 8 : 4;
+  }
 
   template <class T>
   T take() {
+    if (aligned_) align(std::min(sizeof(T), max_alignment_));
+    std::array<char, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), take_bytes(sizeof(T)).data(), sizeof(T));
+    if (big_endian_) std::reverse(bytes.begin(), bytes.end());
     T value;
-    std::memcpy(&value, take_bytes(sizeof(T)).data(), sizeof(T));
+    std::memcpy(&value, bytes.data(), sizeof(T));
     return value;
   }
   std::string_view take_bytes(std::size_t size) {
-    if (size > rest_.size()) throw Error("a message is cut off", name_, "copy the bag again");
-    const std::string_view bytes = rest_.substr(0, size);
-    rest_.remove_prefix(size);
+    if (size > all_.size() - at_) throw Error("a message is cut off", name_, "copy the recording again");
+    const std::string_view bytes = all_.substr(at_, size);
+    at_ += size;
     return bytes;
   }
-  std::string_view take_string() { return take_bytes(take<std::uint32_t>()); }
+  std::string_view take_sequence() { return take_bytes(take<std::uint32_t>()); }
+  std::string_view take_string() {
+    std::string_view text = take_sequence();
+    if (aligned_ && text.ends_with('\0')) text.remove_suffix(1);
+    return text;
+  }
   template <std::size_t N>
   std::array<double, N> take_doubles() {
     std::array<double, N> values;
     for (double& value : values) value = take<double>();
     return values;
   }
-  /// std_msgs/Header.
-  Nanoseconds take_header() {
-    take<std::uint32_t>();  // seq
+  /// std_msgs/Header: the stamp, and the frame of reference.
+  struct Header {
+    Nanoseconds time = 0;
+    std::string_view frame;
+  };
+  Nanoseconds take_stamp() {
+    if (!aligned_) take<std::uint32_t>();  // seq
     const auto seconds = take<std::uint32_t>(), nanoseconds = take<std::uint32_t>();
-    take_string();  // frame_id
     return seconds * kNanosecondsPerSecond + nanoseconds;
   }
+  Header take_header() {
+    const Nanoseconds time = take_stamp();
+    return {time, take_string()};
+  }
+  /// geometry_msgs/Transform. A quaternion of no length is none.
+  SE3 take_transform() {
+    const auto t = take_doubles<3>();
+    const auto q = take_doubles<4>();
+    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+    const Eigen::Vector3d translation(t[0], t[1], t[2]);
+    if (!(std::abs(rotation.norm() - 1) < 0.01) || !translation.allFinite())
+      throw Error("a transform is no rigid motion", name_, "copy the recording again");
+    return SE3(rotation.normalized(), translation);
+  }
+  std::size_t left() const { return all_.size() - at_; }
 
  private:
-  std::string_view rest_;
+  void align(std::size_t size) {
+    constexpr std::size_t kHead = 4;  // alignment counts from behind it
+    const std::size_t past = (at_ - kHead) % size;
+    if (past != 0) take_bytes(size - past);
+  }
+
+  std::string_view all_;
+  std::size_t at_ = 0;
   const std::string& name_;
+  bool aligned_ = false, big_endian_ = false;
+  std::size_t max_alignment_ = 1;
 };
 
 bool is_packed_depth(const Image& image) {
@@ -144,13 +191,53 @@ Pinhole pinhole(double fx, double fy, double cx, double cy, const CameraInfo& in
           info.height};
 }
 
+/// The Brown-Conrady coefficients that undo those of librealsense's inverse model, which maps distorted positions to
+/// undistorted ones: linear least squares over a grid of the image.
+Distortion inverted(const std::array<double, 8>& d, const Pinhole& camera) {
+  constexpr int kSteps = 16;
+  Eigen::Matrix<double, Eigen::Dynamic, 5> a(2 * (kSteps + 1) * (kSteps + 1), 5);
+  Eigen::VectorXd b(a.rows());
+  int row = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j, row += 2) {
+      const double xd = (camera.width * static_cast<double>(i) / kSteps - static_cast<double>(camera.cx)) / camera.fx;
+      const double yd = (camera.height * static_cast<double>(j) / kSteps - static_cast<double>(camera.cy)) / camera.fy;
+      const double rd = xd * xd + yd * yd, radial = 1 + rd * (d[0] + rd * (d[1] + rd * d[4]));
+      const double x = xd * radial + 2 * d[2] * xd * yd + d[3] * (rd + 2 * xd * xd);
+      const double y = yd * radial + 2 * d[3] * xd * yd + d[2] * (rd + 2 * yd * yd);
+      const double r = x * x + y * y;
+      a.row(row) << x * r, x * r * r, 2 * x * y, r + 2 * x * x, x * r * r * r;
+      a.row(row + 1) << y * r, y * r * r, r + 2 * y * y, 2 * x * y, y * r * r * r;
+      b[row] = xd - x;
+      b[row + 1] = yd - y;
+    }
+  }
+  const Eigen::VectorXd k = a.colPivHouseholderQr().solve(b);
+  return {k[0], k[1], k[2], k[3], k[4]};
+}
+
+/// Of a lens model by its name in a CameraInfo, or in librealsense's recordings.
+Distortion distortion_of(std::string_view model, const std::array<double, 8>& d, const Pinhole& camera,
+                         const std::string& name) {
+  if (std::all_of(d.begin(), d.end(), [](double k) { return k == 0; })) return {};
+  const bool finite = std::all_of(d.begin(), d.end(), [](double k) { return std::isfinite(k); });
+  if (finite && model == "Inverse Brown Conrady" && camera.is_valid()) return inverted(d, camera);
+  constexpr std::array<std::string_view, 5> kBrown = {"plumb_bob", "rational_polynomial", "", "Brown Conrady",
+                                                      "Modified Brown Conrady"};
+  if (!finite || std::find(kBrown.begin(), kBrown.end(), model) == kBrown.end())
+    throw Error(fmt::format("the lens model '{}' is not known", model), name, "give --intrinsics");
+  return {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
+}
+
 }  // namespace
 
-Image parse_image(std::string_view message, bool compressed, const std::string& name) {
-  Reader reader(message, name);
+Image parse_image(std::string_view message, Wire wire, bool compressed, const std::string& name) {
+  Reader reader(message, wire, name);
   Image image;
   image.compressed = compressed;
-  image.time = reader.take_header();
+  const auto header = reader.take_header();
+  image.time = header.time;
+  image.frame = header.frame;
   if (!compressed) {
     image.height = reader.take<std::uint32_t>();
     image.width = reader.take<std::uint32_t>();
@@ -160,14 +247,18 @@ Image parse_image(std::string_view message, bool compressed, const std::string& 
     image.big_endian = reader.take<std::uint8_t>() != 0;
     image.step = reader.take<std::uint32_t>();
   }
-  image.data = reader.take_string();
+  image.data = reader.take_sequence();
   return image;
 }
 
-CameraInfo parse_camera_info(std::string_view message, const std::string& name) {
-  Reader reader(message, name);
-  reader.take_header();
+Nanoseconds parse_stamp(std::string_view message, Wire wire, const std::string& name) {
+  return Reader(message, wire, name).take_stamp();
+}
+
+CameraInfo parse_camera_info(std::string_view message, Wire wire, const std::string& name) {
+  Reader reader(message, wire, name);
   CameraInfo info;
+  info.frame = reader.take_header().frame;
   const auto height = reader.take<std::uint32_t>(), width = reader.take<std::uint32_t>();
   if (width > kMaxSide || height > kMaxSide)
     throw Error("a camera has an impossible size", name, "choose other topics");
@@ -180,22 +271,21 @@ CameraInfo parse_camera_info(std::string_view message, const std::string& name) 
     const double value = reader.take<double>();
     if (i < d.size()) d[i] = value;
   }
-  if (std::any_of(d.begin(), d.end(), [](double k) { return k != 0; }) && model != "plumb_bob" &&
-      model != "rational_polynomial" && !model.empty())
-    throw Error(fmt::format("the lens model '{}' is not known", model), name, "give --intrinsics");
-  info.distortion = {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
   const auto k = reader.take_doubles<9>();
   reader.take_doubles<9>();  // R
   const auto p = reader.take_doubles<12>();
   info.camera = pinhole(k[0], k[4], k[2], k[5], info);
   info.rectified = pinhole(p[0], p[5], p[2], p[6], info);
+  info.distortion = distortion_of(model, d, info.camera, name);
   return info;
 }
 
-Imu parse_imu(std::string_view message, const std::string& name) {
-  Reader reader(message, name);
+Imu parse_imu(std::string_view message, Wire wire, const std::string& name) {
+  Reader reader(message, wire, name);
   Imu imu;
-  imu.sample.time = reader.take_header();
+  const auto header = reader.take_header();
+  imu.frame = header.frame;
+  imu.sample.time = header.time;
   reader.take_doubles<4>();  // orientation
   reader.take_doubles<9>();  // its covariance
   const auto rate = reader.take_doubles<3>();
@@ -205,6 +295,41 @@ Imu parse_imu(std::string_view message, const std::string& name) {
   imu.sample.angular_rate = {rate[0], rate[1], rate[2]};
   imu.sample.specific_force = {force[0], force[1], force[2]};
   return imu;
+}
+
+double parse_float(std::string_view message, Wire wire, const std::string& name) {
+  return static_cast<double>(Reader(message, wire, name).take<float>());
+}
+
+std::vector<Transform> parse_transforms(std::string_view message, Wire wire, const std::string& name) {
+  Reader reader(message, wire, name);
+  std::vector<Transform> transforms;
+  const auto count = reader.take<std::uint32_t>();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Transform transform;
+    transform.parent = reader.take_header().frame;
+    transform.child = reader.take_string();
+    transform.parent_from_child = reader.take_transform();
+    transforms.push_back(std::move(transform));
+  }
+  return transforms;
+}
+
+SE3 parse_transform(std::string_view message, Wire wire, const std::string& name) {
+  return Reader(message, wire, name).take_transform();
+}
+
+SE3 parse_extrinsics(std::string_view message, Wire wire, const std::string& name) {
+  Reader reader(message, wire, name);
+  constexpr std::size_t kBytes = 12 * sizeof(double);
+  if (reader.left() > kBytes + 3) reader.take_header();
+  const auto r = reader.take_doubles<9>();
+  const auto t = reader.take_doubles<3>();
+  const Eigen::Matrix3d rotation = Eigen::Map<const Eigen::Matrix3d>(r.data());
+  const bool rigid = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 0.01 &&
+                     rotation.determinant() > 0 && std::isfinite(t[0] + t[1] + t[2]);
+  if (!rigid) throw Error("the extrinsics are no rigid motion", name, "copy the recording again");
+  return SE3(rotation, Eigen::Vector3d(t[0], t[1], t[2])).normalized();
 }
 
 std::optional<double> depth_scale(const Image& image) {

@@ -1,4 +1,4 @@
-// The messages of ROS 1's sensor_msgs that a reconstruction can use, from their serialised form.
+// The messages of ROS that a reconstruction can use, from their serialised form, in ROS 1's and in ROS 2's encoding.
 #pragma once
 
 #include <array>
@@ -7,16 +7,19 @@
 #include <string_view>
 #include <vector>
 
+#include "io/message_store.h"
 #include "plumbline/image.h"
 #include "plumbline/imu.h"
 #include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
 #include "plumbline/time.h"
 
 namespace plumbline::ros {
 
 /// sensor_msgs/Image, or sensor_msgs/CompressedImage, whose `format` then says how `data` is packed.
 struct Image {
-  Nanoseconds time = 0;  ///< of the header: when it was taken
+  Nanoseconds time = 0;    ///< of the header: when it was taken
+  std::string_view frame;  ///< of reference, by its name
   std::uint32_t width = 0, height = 0, step = 0;
   std::string encoding;  ///< "16UC1", "rgb8", …, or the format of a compressed image
   bool big_endian = false, compressed = false;
@@ -25,6 +28,7 @@ struct Image {
 
 /// sensor_msgs/CameraInfo.
 struct CameraInfo {
+  std::string frame;
   int width = 0, height = 0;
   Pinhole camera;  ///< of the image as it is
   Distortion distortion;
@@ -33,14 +37,32 @@ struct CameraInfo {
 
 /// sensor_msgs/Imu.
 struct Imu {
+  std::string frame;
   ImuSample sample;
   bool has_gyroscope = true, has_accelerometer = true;
 };
 
-/// All throw Error for a message that is cut off or impossible; `name` is the bag and topic for errors.
-Image parse_image(std::string_view message, bool compressed, const std::string& name);
-CameraInfo parse_camera_info(std::string_view message, const std::string& name);
-Imu parse_imu(std::string_view message, const std::string& name);
+/// geometry_msgs/TransformStamped.
+struct Transform {
+  std::string parent, child;
+  SE3 parent_from_child;
+};
+
+/// All throw Error for a message that is cut off or impossible; `name` is the recording and topic for errors.
+Image parse_image(std::string_view message, Wire wire, bool compressed, const std::string& name);
+/// The stamp of a message that begins with a header, of which the first `kHeaderBytes` are enough.
+Nanoseconds parse_stamp(std::string_view message, Wire wire, const std::string& name);
+constexpr std::size_t kHeaderBytes = 256;
+CameraInfo parse_camera_info(std::string_view message, Wire wire, const std::string& name);
+Imu parse_imu(std::string_view message, Wire wire, const std::string& name);
+/// std_msgs/Float32.
+double parse_float(std::string_view message, Wire wire, const std::string& name);
+/// tf2_msgs/TFMessage.
+std::vector<Transform> parse_transforms(std::string_view message, Wire wire, const std::string& name);
+/// geometry_msgs/Transform.
+SE3 parse_transform(std::string_view message, Wire wire, const std::string& name);
+/// realsense2_camera/Extrinsics, with or without a header: second_from_first of the cameras in the topic's name.
+SE3 parse_extrinsics(std::string_view message, Wire wire, const std::string& name);
 
 /// Readings per metre of a depth image of this encoding; empty if it is none.
 std::optional<double> depth_scale(const Image& image);

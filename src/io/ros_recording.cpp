@@ -1,4 +1,4 @@
-// ROS 1 bags as sequences.
+// Recordings of ROS 1, ROS 2 and librealsense as sequences.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,9 +7,11 @@
 
 #include "core/undistort.h"
 #include "io/camera.h"
+#include "io/message_store.h"
 #include "io/recording.h"
+#include "io/registration.h"
 #include "io/ros_messages.h"
-#include "io/rosbag.h"
+#include "io/ros_topics.h"
 #include "io/stamped_lines.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
@@ -23,154 +25,82 @@ namespace {
 /// One message of a topic, by the time at which its image was taken.
 struct StampedMessage {
   Nanoseconds time = 0;
-  BagMessage message;
+  StoredMessage message;
 };
 
-struct ImageTopic {
-  const BagTopic* topic = nullptr;
-  bool compressed = false;
-  std::vector<StampedMessage> messages = {};  // by time
-};
-
-struct BagFrame {
+struct RecordedFrame {
   StampedMessage depth;
   std::optional<StampedMessage> color = {};
 };
 
-std::string name_of(const Bag& bag, const BagTopic& topic) { return bag.path() + " " + topic.name; }
-
-bool is_compressed(const BagTopic& topic) { return topic.type == "sensor_msgs/CompressedImage"; }
-
-/// What a topic of images holds, by its first message; empty for other topics.
-struct Content {
-  std::optional<double> depth_scale;
-  bool color = false;
-  ros::Image first;
-  BagBytes bytes;  ///< that `first` refers to
-};
-std::optional<Content> content_of(const Bag& bag, const BagTopic& topic) {
-  if ((topic.type != "sensor_msgs/Image" && !is_compressed(topic)) || topic.messages.empty()) return std::nullopt;
-  Content content;
-  content.bytes = bag.read(topic.messages.front());
-  content.first = ros::parse_image(content.bytes.bytes, is_compressed(topic), name_of(bag, topic));
-  content.depth_scale = ros::depth_scale(content.first);
-  content.color = ros::is_color(content.first);
-  return content;
-}
-
-/// How much a topic's name says that it is the one: registered and rectified images before raw ones.
-int rank(std::string_view name, bool depth) {
-  const auto has = [&](std::string_view word) { return name.find(word) != std::string_view::npos; };
-  int rank = 0;
-  if (depth) rank += 8 * has("depth") + 4 * (has("registered") || has("aligned")) - 16 * (has("infra") || has("/ir"));
-  if (!depth)
-    rank += 8 * (has("rgb") || has("color") || has("colour")) - 4 * has("mono") - 16 * (has("infra") || has("/ir"));
-  return rank + 2 * has("rect");
-}
-
-std::string list_topics(const Bag& bag) {
-  std::string text;
-  for (const BagTopic& topic : bag.topics())
-    text += fmt::format("\n  {} ({}, {} messages)", topic.name, topic.type, topic.messages.size());
-  return text.empty() ? "\n  none" : text;
-}
-
-/// The named topic, or the best of those that hold depth (or colour). Null if there is none.
-const BagTopic* choose_topic(const Bag& bag, const std::string& named, bool depth) {
-  const BagTopic* best = nullptr;
-  for (const BagTopic& topic : bag.topics()) {
-    if (!named.empty() && topic.name != named) continue;
-    const auto content = content_of(bag, topic);
-    if (!content || !(depth ? content->depth_scale.has_value() : content->color)) continue;
-    if (best == nullptr || rank(topic.name, depth) > rank(best->name, depth)) best = &topic;
+std::vector<StampedMessage> list_messages(const MessageStore& store, const MessageTopic& topic,
+                                          std::vector<std::string>* notes) {
+  std::vector<StampedMessage> result;
+  for (const StoredMessage& message : topic.messages) {
+    const MessageBytes bytes = store.read_beginning(message, ros::kHeaderBytes);
+    const Nanoseconds time = ros::parse_stamp(bytes.bytes, topic.wire, ros::name_of(store, topic));
+    result.push_back({time != 0 ? time : message.time, message});
   }
-  if (best == nullptr && !named.empty())
-    throw Error(
-        fmt::format("has no {} under '{}'; its topics are{}", depth ? "depth" : "colour", named, list_topics(bag)),
-        bag.path(), "name one that holds images");
-  return best;
-}
-
-ImageTopic list_messages(const Bag& bag, const BagTopic& topic, std::vector<std::string>* notes) {
-  ImageTopic result{&topic, is_compressed(topic), {}};
-  for (const BagMessage& message : topic.messages) {
-    const BagBytes bytes = bag.read(message);
-    const Nanoseconds time = ros::parse_image(bytes.bytes, result.compressed, name_of(bag, topic)).time;
-    result.messages.push_back({time != 0 ? time : message.time, message});
-  }
-  sort_and_thin(&result.messages, "images", notes);
+  sort_and_thin(&result, "images", notes);
   return result;
 }
 
-/// The camera_info that stands beside a topic of images: /a/b/image_raw/compressed has it under /a/b.
-std::optional<CameraChoice> camera_beside(const Bag& bag, const BagTopic& image) {
-  std::string folder = image.name;
-  for (int up = 0; up < 2 && folder.find('/') != std::string::npos; ++up) {
-    folder.erase(folder.rfind('/'));
-    for (const BagTopic& topic : bag.topics()) {
-      if (topic.name != folder + "/camera_info" || topic.type != "sensor_msgs/CameraInfo" || topic.messages.empty())
-        continue;
-      const ros::CameraInfo info = ros::parse_camera_info(bag.read(topic.messages.front()).bytes, name_of(bag, topic));
-      const bool rectified = image.name.find("rect") != std::string::npos && info.rectified.is_valid();
-      if (!rectified && !info.camera.is_valid()) continue;  // not calibrated
-      return CameraChoice{rectified ? info.rectified : info.camera, rectified ? Distortion{} : info.distortion,
-                          "the bag's " + topic.name, false};
-    }
-  }
-  return std::nullopt;
-}
+/// The topic of colour, and what brings it to the depth's pixels; without that it is there already.
+struct Color {
+  const MessageTopic* topic = nullptr;
+  std::optional<ColorRegistration> registration = {};
+};
 
-class BagSequence : public Sequence {
+/// What read() needs of a recording.
+struct Parts {
+  std::unique_ptr<MessageStore> store;
+  const MessageTopic* depth = nullptr;
+  Color color;
+  ros::ImuTopics imu;
+  std::vector<RecordedFrame> frames;
+  double encoding_scale = 0;  ///< readings per metre by the depth's encoding
+  bool undistort = true;
+};
+
+class RosSequence : public Sequence {
  public:
-  BagSequence(SequenceInfo found, std::unique_ptr<Bag> bag, const BagTopic* depth, const BagTopic* color,
-              const BagTopic* imu, std::vector<BagFrame> frames, std::vector<Nanoseconds> times, double scale,
-              bool undistort)
+  RosSequence(SequenceInfo found, std::vector<Nanoseconds> times, Parts parts)
       : Sequence(std::move(found), std::move(times)),
-        bag_(std::move(bag)),
-        depth_(depth),
-        color_(color),
-        imu_(imu),
-        frames_(std::move(frames)),
-        scale_(scale),
-        undistorter_(info().camera, undistort ? info().distortion : Distortion{}) {}
+        parts_(std::move(parts)),
+        undistorter_(info().camera, parts_.undistort ? info().distortion : Distortion{}) {}
 
   Frame read(int index) const override {
     if (index < 0 || index >= size())
       throw Error(fmt::format("there is no frame {} among {}", index, size()), info().path, "count frames from 0");
-    const BagFrame& recorded = frames_[static_cast<std::size_t>(index)];
-    const std::string name = fmt::format("{} frame {}", name_of(*bag_, *depth_), index);
-    const BagBytes bytes = bag_->read(recorded.depth.message);
-    const ros::Image image = ros::parse_image(bytes.bytes, is_compressed(*depth_), name);
-    if (ros::depth_scale(image) != scale_) throw Error("the depth's encoding changes", name, "choose another topic");
-    Frame frame{index, recorded.depth.time, ros::depth_of(image, name), info().depth_scale, {}};
+    const RecordedFrame& recorded = parts_.frames[static_cast<std::size_t>(index)];
+    const std::string name = fmt::format("{} frame {}", ros::name_of(*parts_.store, *parts_.depth), index);
+    const ros::StoredImage stored = ros::read_image(*parts_.store, *parts_.depth, recorded.depth.message);
+    if (ros::depth_scale(stored.image) != parts_.encoding_scale)
+      throw Error("the depth's encoding changes", name, "choose another topic");
+    Frame frame{index, recorded.depth.time, ros::depth_of(stored.image, name), info().depth_scale, {}};
     check_size(frame.depth.width, frame.depth.height, name);
     undistorter_.apply(frame.depth);
-    if (recorded.color) frame.color = read_color(*recorded.color, index);
+    if (recorded.color) read_color(*recorded.color, &frame);
     return frame;
   }
 
   ImuRecording read_imu(std::vector<std::string>* notes) const override {
-    ImuRecording recording;
-    if (imu_ == nullptr) return recording;
-    for (const BagMessage& message : imu_->messages) {
-      const ros::Imu imu = ros::parse_imu(bag_->read(message).bytes, name_of(*bag_, *imu_));
-      recording.has_gyroscope = recording.has_gyroscope && imu.has_gyroscope;
-      const ImuSample& sample = imu.sample;
-      if (imu.has_accelerometer && sample.specific_force.allFinite() && sample.angular_rate.allFinite())
-        recording.samples.push_back(sample);
-    }
-    sort_and_thin(&recording.samples, "samples", notes);
-    return recording;
+    return ros::read_imu(*parts_.store, parts_.imu, notes);
   }
 
  private:
-  ColorImage read_color(const StampedMessage& message, int index) const {
-    const std::string name = fmt::format("{} of frame {}", name_of(*bag_, *color_), index);
-    const BagBytes bytes = bag_->read(message.message);
-    ColorImage color = ros::color_of(ros::parse_image(bytes.bytes, is_compressed(*color_), name), name);
+  void read_color(const StampedMessage& message, Frame* frame) const {
+    const MessageTopic& topic = *parts_.color.topic;
+    const std::string name = fmt::format("{} of frame {}", ros::name_of(*parts_.store, topic), frame->index);
+    const ros::StoredImage stored = ros::read_image(*parts_.store, topic, message.message);
+    ColorImage color = ros::color_of(stored.image, name);
+    if (parts_.color.registration) {
+      frame->color = parts_.color.registration->apply(frame->depth, frame->depth_scale, color);
+      return;
+    }
     check_size(color.width, color.height, name);
     undistorter_.apply(color);
-    return color;
+    frame->color = std::move(color);
   }
 
   void check_size(int width, int height, const std::string& name) const {
@@ -181,69 +111,199 @@ class BagSequence : public Sequence {
           name, "choose a topic whose images are of one size");
   }
 
-  std::unique_ptr<Bag> bag_;
-  const BagTopic *depth_, *color_, *imu_;
-  std::vector<BagFrame> frames_;
-  double scale_;
+  Parts parts_;
   Undistorter undistorter_;
 };
 
-/// Colour is taken for registered to depth if it has its size.
-const BagTopic* fitting_color(const Bag& bag, const SequenceOptions& options, const DepthImage& depth,
-                              std::vector<std::string>* notes) {
-  const BagTopic* topic = options.color ? choose_topic(bag, options.color_topic, false) : nullptr;
-  if (topic == nullptr) return nullptr;
-  const ColorImage first = ros::color_of(content_of(bag, *topic)->first, name_of(bag, *topic));
-  if (first.width == depth.width && first.height == depth.height) return topic;
-  notes->push_back(fmt::format("the colour images ({}) are {}x{} and depth is {}x{}; going on without colour",
-                               topic->name, first.width, first.height, depth.width, depth.height));
-  return nullptr;
+/// Whether two cameras of one size see the same pixels.
+bool same_camera(const Pinhole& a, const Pinhole& b) {
+  constexpr float kTolerance = 0.005f;
+  const float limit = kTolerance * a.fx;
+  return a.width == b.width && a.height == b.height && std::abs(a.fx - b.fx) < limit && std::abs(a.fy - b.fy) < limit &&
+         std::abs(a.cx - b.cx) < limit && std::abs(a.cy - b.cy) < limit;
 }
 
-const BagTopic* imu_topic(const Bag& bag) {
-  for (const BagTopic& topic : bag.topics())
-    if (topic.type == "sensor_msgs/Imu" && !topic.messages.empty()) return &topic;
-  return nullptr;
+bool is_moved(const SE3& motion) {
+  return motion.translation().norm() > 1e-4 || (motion.rotation() - Eigen::Matrix3d::Identity()).norm() > 1e-4;
+}
+
+/// The first message of a topic of images, and its camera.
+struct Seen {
+  const MessageTopic* topic = nullptr;
+  ros::StoredImage first = {};
+  int width = 0, height = 0;
+  std::optional<ros::CameraOfTopic> camera = {};
+};
+
+/// Decides how colour comes to the depth's pixels. What is left out, and what is guessed, is told.
+class ColorChoice {
+ public:
+  ColorChoice(const MessageStore& store, const SequenceOptions& options, const Seen& depth, const Pinhole& camera,
+              const ros::Mountings& mountings, std::vector<std::string>* notes)
+      : store_(store), options_(options), depth_(depth), camera_(camera), mountings_(mountings), notes_(notes) {}
+
+  Color choose() {
+    const MessageTopic* topic = options_.color ? ros::choose_color(store_, options_.color_topic) : nullptr;
+    if (topic == nullptr) return {};
+    try {
+      return choose(*topic);
+    } catch (const Error& error) {
+      leave_out(*topic, error.what());
+      return {};
+    }
+  }
+
+ private:
+  void leave_out(const MessageTopic& topic, const std::string& why) {
+    notes_->push_back(fmt::format("colour ({}): not used, because {}", topic.name, why));
+  }
+
+  Color choose(const MessageTopic& topic) {
+    Seen color{&topic, ros::read_image(store_, topic, topic.messages.front())};
+    const ColorImage image = ros::color_of(color.first.image, ros::name_of(store_, topic));
+    color.width = image.width;
+    color.height = image.height;
+    color.camera = ros::camera_of(store_, topic, color.first.image, image.width, image.height);
+    const bool same_size = image.width == depth_.width && image.height == depth_.height;
+    if (same_size && ros::is_registered_by_name(depth_.topic->name, topic.name)) return {&topic};
+    return color.camera && depth_.camera ? of_two_cameras(color, same_size) : of_unknown_camera(color, same_size);
+  }
+
+  Color of_two_cameras(const Seen& color, bool same_size) {
+    const auto mounting =
+        mountings_.between(*depth_.topic, depth_.first.image.frame, *color.topic, color.first.image.frame);
+    const bool same = same_size && same_camera(depth_.camera->camera, color.camera->camera);
+    if (same && (!mounting || !is_moved(mounting->second_from_first))) return {color.topic};
+    if (!mounting) {
+      leave_out(*color.topic, fmt::format("it is another camera's (fx {:.1f}, {}x{}; depth: fx {:.1f}, {}x{}) and the "
+                                          "recording has no extrinsics between the two (tf_static or extrinsics)",
+                                          color.camera->camera.fx, color.width, color.height, depth_.camera->camera.fx,
+                                          depth_.width, depth_.height));
+      return {};
+    }
+    Pinhole camera = color.camera->camera;
+    if (camera.width != color.width && camera.width > 0) {  // a camera_info of the full size beside smaller images
+      leave_out(*color.topic, "its camera_info is of images of another size");
+      return {};
+    }
+    camera.width = color.width;
+    camera.height = color.height;
+    notes_->push_back(fmt::format("colour ({}) is brought to depth through {} and {}", color.topic->name,
+                                  color.camera->topic, mounting->source));
+    return {color.topic, ColorRegistration{camera_, camera, color.camera->distortion, mounting->second_from_first}};
+  }
+
+  Color of_unknown_camera(const Seen& color, bool same_size) {
+    if (!same_size) {
+      leave_out(*color.topic,
+                fmt::format("the colour images are {}x{} and depth is {}x{}, and {} has no camera_info", color.width,
+                            color.height, depth_.width, depth_.height, color.camera ? "depth" : "colour"));
+      return {};
+    }
+    if (depth_.first.image.frame != color.first.image.frame || depth_.first.image.frame.empty())
+      notes_->push_back(
+          fmt::format("colour ({}) has the depth's size and is taken for registered to it, a guess: one of "
+                      "the two has no camera_info",
+                      color.topic->name));
+    return {color.topic};
+  }
+
+  const MessageStore& store_;
+  const SequenceOptions& options_;
+  const Seen& depth_;
+  const Pinhole& camera_;
+  const ros::Mountings& mountings_;
+  std::vector<std::string>* notes_;
+};
+
+Seen look_at_depth(const MessageStore& store, const SequenceOptions& options) {
+  Seen depth{ros::choose_depth(store, options.depth_topic)};
+  if (depth.topic == nullptr)
+    throw Error("has no topic with depth images that can be read; its topics are" + ros::list_topics(store),
+                store.path(), "give a recording with 16UC1, mono16, 32FC1 or compressedDepth images");
+  depth.first = ros::read_image(store, *depth.topic, depth.topic->messages.front());
+  const DepthImage image = ros::depth_of(depth.first.image, ros::name_of(store, *depth.topic));
+  depth.width = image.width;
+  depth.height = image.height;
+  depth.camera = ros::camera_of(store, *depth.topic, depth.first.image, image.width, image.height);
+  return depth;
+}
+
+void set_camera(const MessageStore& store, const SequenceOptions& options, const Seen& depth, SequenceInfo* info) {
+  CameraClues clues{store.path(), "kinect", true, depth.width, depth.height, {}};
+  if (depth.camera)
+    clues.calibration = {depth.camera->camera, depth.camera->distortion, "the bag's " + depth.camera->topic, false};
+  const CameraChoice choice = choose_camera(options, clues);
+  info->camera = choice.camera;
+  info->distortion = choice.distortion;
+  info->camera_source = choice.source;
+  if (choice.is_guess)
+    info->notes.emplace_back(
+        "the recording has no camera_info for its depth; the Kinect's default intrinsics are used, a guess");
+}
+
+void set_scale(const MessageStore& store, const SequenceOptions& options, const Seen& depth, double by_encoding,
+               SequenceInfo* info) {
+  const auto units = ros::realsense_depth_scale(store, *depth.topic);
+  info->depth_scale = options.depth_scale.value_or(units.value_or(by_encoding));
+  info->depth_scale_source = options.depth_scale ? "given"
+                             : units             ? "the recording's option \"Depth Units\""
+                                                 : "the encoding of " + depth.topic->name;
+}
+
+/// The axes of a RealSense's inertial sensor are those of its depth camera, in librealsense and in its wrapper.
+bool is_realsense(const MessageTopic& imu) {
+  return imu.name.starts_with("/device_") || imu.name.ends_with("/gyro/sample") || imu.name.ends_with("/accel/sample");
+}
+
+void set_mounting(const Seen& depth, const ros::ImuTopics& imu, const ros::Mountings& mountings, SequenceInfo* info) {
+  const MessageTopic* topic = imu.gyroscope != nullptr ? imu.gyroscope : imu.accelerometer;
+  if (topic == nullptr) return;
+  if (imu.accelerometer == nullptr) {
+    info->notes.push_back(
+        fmt::format("the gyroscope ({}): not used, because the recording has no accelerometer", topic->name));
+    return;
+  }
+  const std::string_view frame = depth.first.image.frame;
+  if (const auto found = mountings.between(*depth.topic, frame, *topic, imu.frame)) {
+    info->body_from_camera = found->second_from_first.rotation();
+  } else if (is_realsense(*topic)) {
+    info->body_from_camera = Eigen::Matrix3d::Identity();
+  } else if (!frame.empty() && frame == imu.frame) {
+    info->body_from_camera = Eigen::Matrix3d::Identity();
+  }
 }
 
 }  // namespace
 
-std::unique_ptr<Sequence> open_ros_bag(const std::string& path, const SequenceOptions& options) {
+std::unique_ptr<Sequence> open_ros_recording(const std::string& path, const SequenceOptions& options) {
   SequenceInfo info;
   info.path = path;
-  info.format = "ROS bag";
-  auto bag = std::make_unique<Bag>(path, &info.notes);
-  const BagTopic* depth = choose_topic(*bag, options.depth_topic, true);
-  if (depth == nullptr)
-    throw Error("has no topic with depth images that can be read; its topics are" + list_topics(*bag), path,
-                "give a bag with 16UC1, 32FC1 or compressedDepth images");
-  const Content content = *content_of(*bag, *depth);
-  const DepthImage first = ros::depth_of(content.first, name_of(*bag, *depth));
-  const BagTopic* color = fitting_color(*bag, options, first, &info.notes);
+  Parts parts;
+  parts.store = open_message_store(path, &info.notes);
+  const MessageStore& store = *parts.store;
+  info.format = store.format();
+  const Seen depth = look_at_depth(store, options);
+  if (depth.topic->name.starts_with("/device_")) info.format = "RealSense recording";
+  const ros::Mountings mountings(store);
+  parts.depth = depth.topic;
+  parts.encoding_scale = *ros::depth_scale(depth.first.image);
+  parts.undistort = options.undistort;
+  set_camera(store, options, depth, &info);
+  set_scale(store, options, depth, parts.encoding_scale, &info);
+  parts.color = ColorChoice(store, options, depth, info.camera, mountings, &info.notes).choose();
+  parts.imu = ros::imu_topics(store);
+  set_mounting(depth, parts.imu, mountings, &info);
 
-  const CameraChoice choice =
-      choose_camera(options, {path, "kinect", true, first.width, first.height, camera_beside(*bag, *depth)});
-  info.camera = choice.camera;
-  info.distortion = choice.distortion;
-  info.camera_source = choice.source;
-  info.depth_scale = options.depth_scale.value_or(*content.depth_scale);
-  info.depth_scale_source = options.depth_scale ? "given" : "the encoding of " + depth->name;
-  if (choice.is_guess)
-    info.notes.emplace_back("the bag has no camera_info for its depth; the Kinect's default intrinsics are used");
-
-  const ImageTopic depths = list_messages(*bag, *depth, &info.notes);
-  const ImageTopic colors = color != nullptr ? list_messages(*bag, *color, &info.notes) : ImageTopic{};
-  std::vector<BagFrame> frames;
+  std::vector<StampedMessage> colors;
+  if (parts.color.topic != nullptr) colors = list_messages(store, *parts.color.topic, &info.notes);
   std::vector<Nanoseconds> times;
-  for (const StampedMessage& message : depths.messages) {
-    frames.push_back(
-        {message, nearest_in_time(colors.messages, message.time, from_seconds(options.max_time_difference))});
+  for (const StampedMessage& message : list_messages(store, *depth.topic, &info.notes)) {
+    parts.frames.push_back({message, nearest_in_time(colors, message.time, from_seconds(options.max_time_difference))});
     times.push_back(message.time);
-    info.color_frames += frames.back().color ? 1 : 0;
+    info.color_frames += parts.frames.back().color ? 1 : 0;
   }
-  const BagTopic* imu = imu_topic(*bag);
-  return std::make_unique<BagSequence>(std::move(info), std::move(bag), depth, color, imu, std::move(frames),
-                                       std::move(times), *content.depth_scale, options.undistort);
+  return std::make_unique<RosSequence>(std::move(info), std::move(times), std::move(parts));
 }
 
 }  // namespace plumbline

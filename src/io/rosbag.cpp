@@ -1,8 +1,6 @@
 #include "io/rosbag.h"
 
-#include <bzlib.h>
 #include <fmt/format.h>
-#include <lz4frame.h>
 
 #include <algorithm>
 #include <cstring>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "io/stamped_lines.h"
+#include "io/unpack.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
@@ -18,7 +17,6 @@ namespace {
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 constexpr std::uint32_t kMaxHeader = 1 << 20, kMaxChunk = 1u << 28;
 constexpr std::uint32_t kMaxConnections = 1 << 16;
-constexpr std::size_t kCachedChunks = 4;
 constexpr const char* kAdvice = "copy the bag again, or repair it with `rosbag reindex`";
 enum Op : unsigned char { kMessage = 2, kChunk = 5, kConnection = 7 };
 
@@ -62,43 +60,19 @@ int op_of(std::string_view header) {
   return op && op->size() == 1 ? static_cast<unsigned char>(op->front()) : -1;
 }
 
-bool unpack_bz2(const std::string& stored, std::string* bytes) {
-  auto size = static_cast<unsigned>(bytes->size());
-  const int status = BZ2_bzBuffToBuffDecompress(bytes->data(), &size, const_cast<char*>(stored.data()),
-                                                static_cast<unsigned>(stored.size()), 0, 0);
-  return status == BZ_OK && size == bytes->size();
-}
-
-bool unpack_lz4(const std::string& stored, std::string* bytes) {
-  LZ4F_dctx* context = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION))) return false;
-  const std::unique_ptr<LZ4F_dctx, LZ4F_errorCode_t (*)(LZ4F_dctx*)> owner(context, &LZ4F_freeDecompressionContext);
-  std::size_t in = 0, out = 0;
-  for (;;) {
-    std::size_t taken = stored.size() - in, made = bytes->size() - out;
-    const std::size_t hint = LZ4F_decompress(context, bytes->data() + out, &made, stored.data() + in, &taken, nullptr);
-    if (LZ4F_isError(hint)) return false;
-    in += taken;
-    out += made;
-    if (hint == 0) return out == bytes->size();
-    if (taken == 0 && made == 0) return false;
-  }
-}
-
 }  // namespace
 
 bool is_rosbag(std::string_view bytes) { return bytes.starts_with(kMagic); }
 
-void Bag::fail(const std::string& what) const { throw Error(what, file_.path(), kAdvice); }
+void Bag::fail(const std::string& what) const { throw Error(what, path(), kAdvice); }
 
-Bag::Bag(const std::string& path, std::vector<std::string>* notes) : file_(path) {
+Bag::Bag(const std::string& path, std::vector<std::string>* notes) : MessageStore(path, "ROS bag"), file_(path) {
   if (!is_rosbag(file_.read(0, std::min<std::uint64_t>(file_.size(), kMagic.size())))) fail("is no bag of format 2.0");
   std::uint64_t at = kMagic.size();
   try {
     while (at < file_.size()) add_record(&at);
   } catch (const Error& error) {
-    const bool any = std::any_of(topics_.begin(), topics_.end(), [](const BagTopic& t) { return !t.messages.empty(); });
-    if (!any) throw;
+    if (!has_messages()) throw;
     add_note(notes, "the bag ends early or is damaged; it is read up to there");
   }
 }
@@ -133,15 +107,12 @@ void Bag::add_connection(std::string_view header, std::string_view data) {
   if (!connection || *connection >= kMaxConnections || !topic || !type) fail("is damaged: a topic without a name");
   if (topic_of_connection_.size() <= *connection) topic_of_connection_.resize(*connection + 1, -1);
   if (topic_of_connection_[*connection] >= 0) return;
-  const auto known = std::find_if(topics_.begin(), topics_.end(),
-                                  [&](const BagTopic& t) { return t.name == *topic && t.type == *type; });
-  topic_of_connection_[*connection] = known - topics_.begin();
-  if (known == topics_.end()) topics_.push_back({std::string(*topic), std::string(*type), {}});
+  topic_of_connection_[*connection] = static_cast<std::int64_t>(add_topic(*topic, *type, Wire::ros1));
 }
 
 void Bag::add_chunk(const Chunk& chunk) {
   const auto index = static_cast<std::uint32_t>(chunks_.size());
-  const std::string bytes = unpack(chunk);
+  const std::string bytes = unpack_chunk(chunk);
   chunks_.push_back(chunk);
   std::string_view rest = bytes;
   for (Record record; take_record(&rest, &record);) {
@@ -155,41 +126,24 @@ void Bag::add_chunk(const Chunk& chunk) {
       fail("is damaged: a message of no topic");
     const Nanoseconds stamp = u32(*time) * kNanosecondsPerSecond + u32(time->substr(4));
     topics_[static_cast<std::size_t>(topic_of_connection_[*connection])].messages.push_back(
-        {stamp, index, static_cast<std::uint32_t>(record.data.data() - bytes.data()),
-         static_cast<std::uint32_t>(record.data.size())});
+        {stamp, 0, index, static_cast<std::uint64_t>(record.data.data() - bytes.data()), record.data.size()});
   }
   if (!rest.empty()) fail("is damaged: a chunk ends within a message");
 }
 
-std::string Bag::unpack(const Chunk& chunk) const {
-  std::string stored = file_.read(chunk.offset, chunk.stored);
-  if (chunk.compression == "none") return stored;
-  std::string bytes(chunk.size, '\0');
-  if (chunk.compression != "bz2" && chunk.compression != "lz4")
-    fail(fmt::format("has a chunk packed with '{}', which is not known", chunk.compression));
-  const bool good = chunk.compression == "bz2" ? unpack_bz2(stored, &bytes) : unpack_lz4(stored, &bytes);
-  if (!good) fail("is damaged: a chunk cannot be unpacked");
-  return bytes;
+std::string Bag::unpack_chunk(const Chunk& chunk) const {
+  const auto packing = packing_named(chunk.compression);
+  if (!packing) fail(fmt::format("has a chunk packed with '{}', which is not known", chunk.compression));
+  auto bytes = unpack(*packing, file_.read(chunk.offset, chunk.stored), chunk.size);
+  if (!bytes) fail("is damaged: a chunk cannot be unpacked");
+  return std::move(*bytes);
 }
 
-std::shared_ptr<const std::string> Bag::unpacked(std::uint32_t chunk) const {
-  {
-    const std::scoped_lock lock(mutex_);
-    for (const Cached& cached : cache_)
-      if (cached.chunk == chunk) return cached.bytes;
-  }
-  auto bytes = std::make_shared<const std::string>(unpack(chunks_.at(chunk)));
-  const std::scoped_lock lock(mutex_);
-  if (cache_.size() >= kCachedChunks) cache_.erase(cache_.begin());
-  cache_.push_back({chunk, bytes});
-  return bytes;
-}
-
-BagBytes Bag::read(const BagMessage& message) const {
-  BagBytes result{unpacked(message.chunk), {}};
-  if (message.offset > result.chunk->size() || message.size > result.chunk->size() - message.offset)
+MessageBytes Bag::read(const StoredMessage& message) const {
+  MessageBytes result{cache_.get(message.chunk, [&] { return unpack_chunk(chunks_.at(message.chunk)); }), {}};
+  if (message.offset > result.owner->size() || message.size > result.owner->size() - message.offset)
     fail("has changed while it was read");
-  result.bytes = std::string_view(*result.chunk).substr(message.offset, message.size);
+  result.bytes = std::string_view(*result.owner).substr(message.offset, message.size);
   return result;
 }
 

@@ -176,7 +176,7 @@ class UndistortedDepthSequence : public Sequence {
 };
 
 std::unique_ptr<Sequence> open_as_measured(const std::string& path, const SequenceOptions& options) {
-  if (std::error_code error; std::filesystem::is_regular_file(path, error)) return open_recording(path, options);
+  if (is_recording(path)) return open_recording(path, options);
   SequenceList list = list_sequence(path, options);
   const ImageHeader depth = first_depth_header(list);
   drop_unfit_color(depth, &list);

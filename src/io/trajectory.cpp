@@ -10,9 +10,11 @@
 
 #include "core/huge_pages.h"
 #include "io/atomic_file.h"
+#include "io/pose_matrix.h"
 #include "io/seven_scenes.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
+#include "io/trajectory_formats.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
@@ -47,30 +49,38 @@ bool is_heading(const std::vector<std::string_view>& fields) {
   return std::none_of(fields.begin(), fields.end(), [](std::string_view field) { return parse_double(field); });
 }
 
+constexpr const char* kMatrixAdvice = "write world_from_camera as a 4x4 matrix, its last row 0 0 0 1";
+
 /// Row-major 4×4 from a pose file; empty if it is not finite.
 std::optional<SE3> read_pose_matrix(const std::string& path) {
   const TextFile file(path);
-  const std::string advice = "write world_from_camera as a 4x4 matrix, its last row 0 0 0 1";
-  Eigen::Matrix4d m;
-  int count = 0;
+  std::vector<double> numbers;
   for (const TextLine& line : file.lines()) {
     for (const std::string_view field : split_fields(line.text, true)) {
       const auto value = parse_double(field);
-      if (!value) file.fail(line, fmt::format("'{}' is not a number", field), advice);
-      if (count < 16) m(count / 4, count % 4) = *value;
-      ++count;
+      if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kMatrixAdvice);
+      numbers.push_back(*value);
     }
   }
-  if (count != 16) throw Error(fmt::format("has {} numbers where a pose has 16", count), path, advice);
+  if (numbers.size() != 16)
+    throw Error(fmt::format("has {} numbers where a pose has 16", numbers.size()), path, kMatrixAdvice);
+  return pose_of_matrix(numbers, path);
+}
+
+}  // namespace
+
+std::optional<SE3> pose_of_matrix(const std::vector<double>& numbers, const std::string& path) {
+  if (numbers.size() != 12 && numbers.size() != 16)
+    throw Error(fmt::format("has {} numbers where a pose has 16", numbers.size()), path, kMatrixAdvice);
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  for (std::size_t i = 0; i < numbers.size(); ++i) m(static_cast<int>(i / 4), static_cast<int>(i % 4)) = numbers[i];
   if (!m.allFinite()) return std::nullopt;
   const Eigen::Matrix3d r = m.topLeftCorner<3, 3>();
   const bool rigid = (r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kUnitTolerance &&
                      r.determinant() > 0 && (m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < 1e-6;
-  if (!rigid) throw Error("the matrix is no rigid motion", path, advice);
+  if (!rigid) throw Error("the matrix is no rigid motion", path, kMatrixAdvice);
   return SE3(r, m.topRightCorner<3, 1>()).normalized();
 }
-
-}  // namespace
 
 Trajectory read_tum_trajectory(const std::string& path, std::vector<std::string>* notes) {
   const TextFile file(path);
@@ -146,7 +156,8 @@ Trajectory read_seven_scenes_poses(const std::string& folder, std::vector<std::s
 }
 
 Trajectory read_trajectory(const std::string& path, std::vector<std::string>* notes) {
-  if (std::error_code error; std::filesystem::is_directory(path, error)) return read_seven_scenes_poses(path, notes);
+  if (std::error_code error; std::filesystem::is_directory(path, error)) return read_pose_folder(path, notes);
+  if (auto other = read_other_trajectory(TextFile(path), notes)) return std::move(*other);
   return read_tum_trajectory(path, notes);
 }
 

@@ -23,7 +23,10 @@ void write_tum_trajectory(const std::string& path, const Trajectory& trajectory)
 /// Poses that are not finite are left out with a note. Throws Error for a matrix that is no rigid motion.
 Trajectory read_seven_scenes_poses(const std::string& folder, std::vector<std::string>* notes = nullptr);
 
-/// A trajectory file, or a 7-Scenes folder: what `SequenceInfo::groundtruth` names.
+/// What `SequenceInfo::groundtruth` names, or a user compares: a file in TUM's format; with other columns by its
+/// heading (qw first, nanoseconds, EuRoC's csv, RTAB-Map's with ids); KITTI's and Replica's matrices; Redwood's .log; a
+/// folder of 7-Scenes or ScanNet. Poses without stamps get those of their frames, which `notes` tell with what else was
+/// concluded.
 Trajectory read_trajectory(const std::string& path, std::vector<std::string>* notes = nullptr);
 
 }  // namespace plumbline

@@ -3,13 +3,13 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <stdexcept>
 
-#include "plumbline/calibration.h"
 #include "calibration/orientation_calibration.h"
 #include "io/camera.h"
 #include "io/imu_file.h"
@@ -18,8 +18,10 @@
 #include "io/mesh.h"
 #include "io/orientation_file.h"
 #include "io/png.h"
+#include "io/ros_messages.h"
 #include "io/sequence_list.h"
 #include "io/trajectory.h"
+#include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
@@ -65,6 +67,7 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
 
+  const fs::path& path() const { return path_; }
   std::string with(const char* name, std::string_view bytes) const {
     std::ofstream(path_ / name, std::ios::binary) << bytes;
     return path_.string();
@@ -113,6 +116,40 @@ void toml(std::string_view bytes) {
   parse_parameters(bytes, "x", &parameters);
 }
 
+/// SQLite opens files by their name alone.
+void db3(std::string_view bytes) {
+  static const Folder folder;
+  folder.with("bag.db3", bytes);
+  const auto sequence = open_sequence((folder.path() / "bag.db3").string());
+  sequence->read(sequence->size() - 1);
+}
+
+/// Every message in both encodings.
+void cdr(std::string_view bytes) {
+  using Parse = void (*)(std::string_view, Wire);
+  constexpr std::array<Parse, 7> kParsers = {[](std::string_view b, Wire w) {
+                                               const ros::Image image = ros::parse_image(b, w, false, "x");
+                                               if (ros::depth_scale(image)) ros::depth_of(image, "x");
+                                               if (ros::is_color(image)) ros::color_of(image, "x");
+                                             },
+                                             [](std::string_view b, Wire w) {
+                                               const ros::Image image = ros::parse_image(b, w, true, "x");
+                                               if (ros::depth_scale(image)) ros::depth_of(image, "x");
+                                             },
+                                             [](std::string_view b, Wire w) { ros::parse_camera_info(b, w, "x"); },
+                                             [](std::string_view b, Wire w) { ros::parse_imu(b, w, "x"); },
+                                             [](std::string_view b, Wire w) { ros::parse_transforms(b, w, "x"); },
+                                             [](std::string_view b, Wire w) { ros::parse_transform(b, w, "x"); },
+                                             [](std::string_view b, Wire w) { ros::parse_extrinsics(b, w, "x"); }};
+  for (const Wire wire : {Wire::ros1, Wire::cdr})
+    for (const Parse parse : kParsers) {
+      try {
+        parse(bytes, wire);
+      } catch (const Error&) {  // a message is of one kind
+      }
+    }
+}
+
 struct Target {
   const char* name;
   std::function<void(std::string_view)> run;
@@ -128,10 +165,13 @@ const std::vector<Target>& targets() {
       {"calibration",
        [](std::string_view bytes) { parse_kinect_calibration(bytes, "NFOV_UNBINNED", 640, 576, 1280, 720, "x"); }},
       {"camera", camera},
+      {"cdr", cdr},
+      {"db3", db3},
       {"depth_calibration", on_file([](const std::string& path) { read_depth_calibration(path); })},
       {"imu", on_file([](const std::string& path) { read_imu(path); })},
       {"jpeg", jpeg},
       {"list", [](std::string_view bytes) { list_folder("depth.txt", bytes); }},
+      {"mcap", open_and_read},
       {"mkv", open_and_read},
       {"mounting", on_file([](const std::string& path) { read_orientation_calibration(path); })},
       {"obj", on_file([](const std::string& path) { read_obj(path); })},
@@ -139,7 +179,7 @@ const std::vector<Target>& targets() {
       {"ply", on_file([](const std::string& path) { read_ply(path); })},
       {"png", png},
       {"toml", toml},
-      {"trajectory", on_file([](const std::string& path) { read_tum_trajectory(path); })}};
+      {"trajectory", on_file([](const std::string& path) { read_trajectory(path); })}};
   return list;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
 #include "support/data.h"
@@ -143,13 +144,81 @@ TEST(Imu, TellsOfWhatItLeavesOut) {
                                  HasSubstr("not in order"), HasSubstr("1 samples with the stamp of an earlier")));
 }
 
-TEST(Imu, DoubtsAForceInOtherUnits) {
+TEST(Imu, FindsTheForcesUnit) {
+  const auto force = [](const std::string& z, std::vector<std::string>* notes, const char* head = "") {
+    return read_from_text(head + rows("0", "0.01", ",0,0," + z), notes).samples[0].specific_force.z();
+  };
+  for (const auto& [counts, words] :
+       {std::pair("1.01", "taken for g"), {"998", "taken for mg"}, {"16300", "16384 a g"}}) {
+    std::vector<std::string> notes;
+    EXPECT_NEAR(force(counts, &notes), 9.8, 0.15);
+    EXPECT_THAT(notes, ElementsAre(HasSubstr(words)));
+  }
   std::vector<std::string> notes;
-  read_from_text("0 0 0 1\n0.01 0 0 1\n", &notes);
-  EXPECT_THAT(notes, ElementsAre(AllOf(HasSubstr("1 m/s^2 in the median"), HasSubstr("in g"))));
-  notes.clear();
-  read_from_text("0 0 0 0.1\n0.01 0 0 0.1\n", &notes);
+  EXPECT_THAT(error_of([&] { force("0.1", &notes); }), HasSubstr("no accelerometer's gravity"));
+  EXPECT_NEAR(force("0.1", &notes, "t,acc_x,acc_y,acc_z\n"), 0.1, 1e-9);
   EXPECT_THAT(notes, ElementsAre(HasSubstr("gravity seems to be taken out")));
+}
+
+TEST(Imu, FindsDegreesASecond) {
+  // A turn about x, with the gravity that such a turn shows.
+  const auto turning = [](double rate, double factor, const char* head = "") {
+    std::string text = head;
+    for (int i = 0; i < 1000; ++i) {
+      const double t = 0.01 * i, angle = rate * t;
+      text += fmt::format("{},{},0,0,0,{},{}\n", t, factor * rate, 9.81 * std::sin(angle), 9.81 * std::cos(angle));
+    }
+    return text;
+  };
+  const auto rate_of = [](const std::string& text, std::vector<std::string>* notes) {
+    return read_from_text(text, notes).samples[9].angular_rate.x();
+  };
+  for (const double rate : {radians(40), radians(9)}) {  // told by size, and by gravity alone
+    std::vector<std::string> notes;
+    EXPECT_NEAR(rate_of(turning(rate, degrees(1), "t,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n"), &notes), rate, 1e-6);
+    EXPECT_THAT(notes, ElementsAre(HasSubstr("deg/s")));
+  }
+  std::vector<std::string> notes;
+  EXPECT_NEAR(rate_of(turning(0.7, 1), &notes), 0.7, 1e-6);
+  EXPECT_THAT(notes, IsEmpty());
+  rate_of(turning(0.7, -1), &notes);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("contradict each other")));
+  notes.clear();  // the heading is believed, and doubted
+  EXPECT_NEAR(rate_of(turning(0.7, 1, "t,gyro_x_dps,gyro_y_dps,gyro_z_dps,ax,ay,az\n"), &notes), radians(0.7), 1e-9);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("check its unit")));
+}
+
+TEST(Imu, ReadsStrayScanner) {
+  std::vector<std::string> notes;
+  const TempFolder folder;
+  write_text(folder / "imu.csv", "timestamp, a_x, a_y, a_z, alpha_x, alpha_y, alpha_z\n" +
+                                     rows("51234.5", "51234.51", ", -0.02, -0.71, -0.70, 0.01, 0.2, -0.03"));
+  const ImuRecording r = read_imu(folder / "imu.csv", &notes);
+  EXPECT_TRUE(r.has_gyroscope);
+  EXPECT_NEAR(r.samples[0].angular_rate.y(), 0.2, 1e-12);
+  EXPECT_NEAR(r.samples[0].specific_force.y(), 0.71 * 9.80665, 1e-9);  // up
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("StrayScanner")));
+  const auto mounting = mounting_by_format(folder / "imu.csv");
+  ASSERT_TRUE(mounting);
+  EXPECT_TRUE((*mounting * Vector3d(1, 2, 3)).isApprox(Vector3d(-2, -1, -3)));
+}
+
+TEST(Imu, KnowsGravityFromATurnRate) {
+  std::vector<std::string> notes;
+  EXPECT_THAT(
+      error_of([&] {
+        read_from_text("\"Time (s)\",\"Gyroscope x (rad/s)\",\"Gyroscope y (rad/s)\",\"Gyroscope z (rad/s)\"\n" +
+                       rows("0", "0.005", ",0.02,0,0.01"));
+      }),
+      HasSubstr("no accelerometer among the columns"));
+  const std::string exchanged = rows("0", "0.01", ",0.1,-9.7,0.3,0.6,0.2,0.1");
+  for (const std::string head : {"", "t,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n"}) {
+    notes.clear();
+    const ImuRecording r = read_from_text(head + exchanged, &notes);
+    EXPECT_NEAR(r.samples[0].specific_force.y(), -9.7, 1e-12);
+    EXPECT_NEAR(r.samples[0].angular_rate.x(), 0.6, 1e-12);
+    EXPECT_THAT(notes, ElementsAre(HasSubstr("which is gravity")));
+  }
 }
 
 TEST(Imu, RefusesWhatIsNoImuFile) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "io/trajectory.h"
 #include "plumbline/orientation.h"
@@ -194,6 +195,21 @@ TEST(Orientations, AGroundTruthServes) {
     ASSERT_EQ(samples[i].time, truth[i].time);
     ASSERT_TRUE(samples[i].earth_from_body.isApprox(truth[i].world_from_camera.rotation(), 1e-12));
   }
+}
+
+TEST(Orientations, ReadsCountsAndAnglesOfTheBno055) {
+  std::vector<std::string> notes;
+  expect_turn(read_from_text("t,qw,qx,qy,qz\n1,13107.2,9830.4,0,0\n", {}, &notes));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("1/16384")));
+  notes.clear();
+  // A heading of 90° to the east turns the body clockwise as seen from above; a pitch turns about x.
+  const auto s = read_from_text("timestamp,heading,roll,pitch\n1,90,0,0\n2,0,0,30\n", {}, &notes);
+  ASSERT_EQ(s.size(), 2U);
+  EXPECT_TRUE(s[0].earth_from_body.isApprox(so3::exp(Vector3d(0, 0, -std::numbers::pi / 2)), 1e-9));
+  EXPECT_TRUE(s[1].earth_from_body.isApprox(so3::exp(Vector3d(std::numbers::pi / 6, 0, 0)), 1e-9));
+  EXPECT_THAT(notes, ElementsAre(AllOf(HasSubstr("degrees"), HasSubstr("a guess"))));
+  EXPECT_TRUE(read_from_text("t,roll [rad],pitch [rad],yaw [rad]\n1,0,0,0.5\n")[0].earth_from_body.isApprox(
+      so3::exp(Vector3d(0, 0, 0.5)), 1e-9));
 }
 
 }  // namespace

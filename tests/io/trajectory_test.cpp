@@ -165,5 +165,70 @@ TEST(Trajectory, ReadsThePublishedOnes) {
   EXPECT_EQ(files, 19);
 }
 
+/// Every form below says this pose, at 2 s and at 3 s.
+void expect_poses(const std::string& name, const std::string& text,
+                  std::vector<Nanoseconds> times = {2'000'000'000, 3'000'000'000}, const char* note = nullptr) {
+  const TempFolder folder;
+  write_text(folder / name, text);
+  std::vector<std::string> notes;
+  const Trajectory t = read_trajectory(folder / name, &notes);
+  ASSERT_EQ(t.size(), times.size()) << text;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    EXPECT_EQ(t[i].time, times[i]) << text;
+    EXPECT_TRUE(t[i].world_from_camera.translation().isApprox(Eigen::Vector3d(1, 2, 3), 1e-9)) << text;
+    EXPECT_NEAR(t[i].world_from_camera.rotation()(1, 0), 1, 1e-9) << text;  // a quarter turn about z
+  }
+  if (note != nullptr) {
+    EXPECT_THAT(notes, testing::Contains(HasSubstr(note)));
+  }
+}
+
+TEST(Trajectory, ReadsOtherProgramsForms) {
+  constexpr const char* kHalf = "0.70710678118654752";
+  const std::string pose = " 1 2 3 0 0 " + std::string(kHalf) + " " + kHalf;
+  const std::string w_first = std::string(kHalf) + ",0,0," + kHalf;
+  expect_poses("tum.txt", "# timestamp tx ty tz qx qy qz qw\n2" + pose + "\n3" + pose + "\n");
+  expect_poses("heading.csv", "timestamp,x,y,z,qw,qx,qy,qz\n2,1,2,3," + w_first + "\n3,1,2,3," + w_first + "\n");
+  const std::string euroc = ",1,2,3," + w_first + ",0,0,0\n";
+  expect_poses("data.csv",
+               "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
+               "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1]\n2000000000" +
+                   euroc + "3000000000" + euroc);
+  const Nanoseconds stamp = 1403636579763555584;
+  expect_poses("orb.txt", std::to_string(stamp) + pose + "\n", {stamp}, "nanoseconds");
+  expect_poses("euroc.csv", std::to_string(stamp) + ",1,2,3," + w_first + "\n", {stamp}, "w first");
+  expect_poses("rtabmap.txt", "#timestamp x y z qx qy qz qw id\n2" + pose + " 7\n3" + pose + " 9\n");
+  expect_poses("ids.txt", "2" + pose + " 7\n3" + pose + " 9\n", {2'000'000'000, 3'000'000'000}, "id");
+  expect_poses(
+      "mm.csv",
+      "time_ms,tx [mm],ty [mm],tz [mm],qx,qy,qz,qw\n2000,1000,2000,3000,0,0," + std::string(kHalf) + "," + kHalf + "\n",
+      {2'000'000'000});
+}
+
+TEST(Trajectory, ReadsMatricesWithoutStamps) {
+  const std::string top = "0 -1 0 1 1 0 0 2 0 0 1 3";
+  const std::vector<Nanoseconds> at_10_hz = {0, 100'000'000}, at_30_hz = {0, 33'333'333};
+  expect_poses("kitti.txt", top + "\n" + top + "\n", at_10_hz, "k/10 s");
+  expect_poses("traj.txt", top + " 0 0 0 1\n" + top + " 0 0 0 1\n", at_30_hz, "k/30 s");
+  const std::string log = "0 -1 0 1\n1 0 0 2\n0 0 1 3\n0 0 0 1\n";
+  expect_poses("trajectory.log", "0 0 1\n" + log + "1 1 2\n" + log, at_30_hz, "k/30 s");
+  const TempFolder folder;
+  write_text(folder / "poses.txt", top + "\n" + top + "\n");
+  write_text(folder / "times.txt", "0\n0.25\n");
+  EXPECT_EQ(read_trajectory(folder / "poses.txt")[1].time, 250'000'000);
+  write_text(folder / "scannet/pose/0.txt", log);
+  write_text(folder / "scannet/pose/10.txt", log);
+  write_text(folder / "scannet/pose/11.txt",
+             "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n");
+  std::vector<std::string> notes;
+  const Trajectory scannet = read_trajectory(folder / "scannet", &notes);
+  ASSERT_EQ(scannet.size(), 2U);
+  EXPECT_EQ(scannet[1].time, 333'333'333);
+  EXPECT_THAT(notes, testing::Contains(HasSubstr("1 poses that are not finite")));
+  EXPECT_THAT(error_of([&] { read_trajectory(folder.path().string()); }), HasSubstr("no poses named"));
+  write_text(folder / "bad.txt", "2 0 0 1 0 2 0 2 0 0 2 3\n");
+  EXPECT_THAT(error_of([&] { read_trajectory(folder / "bad.txt"); }), HasSubstr("no rigid motion"));
+}
+
 }  // namespace
 }  // namespace plumbline

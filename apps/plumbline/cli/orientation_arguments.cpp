@@ -12,8 +12,11 @@
 #include "cli/sensor_model.h"
 #include "io/imu_file.h"
 #include "io/orientation_file.h"
+#include "io/recording.h"
 #include "plumbline/angles.h"
+#include "plumbline/error.h"
 #include "plumbline/orientation.h"
+#include "plumbline/time.h"
 #include "sensor/error_model.h"
 #include "sensor/orientation_filter.h"
 #include "tracking/orientation_guide.h"
@@ -83,33 +86,75 @@ void note_error_model(const OrientationErrorModel& model, std::vector<std::strin
                   a.y(), a.z(), model.seed));
 }
 
+bool is_file(const OrientationArguments& a) {
+  return !a.path.empty() && a.path != kAutoOrientation && a.path != kNoOrientation;
+}
+
+bool names_mounting(const OrientationArguments& a) { return !a.mounting.empty() || !a.calibration.empty(); }
+
+std::string quaternion_text(const Eigen::Matrix3d& rotation) {
+  const Eigen::Quaterniond q(rotation);
+  return fmt::format("\"{:.4g} {:.4g} {:.4g} {:.4g}\"", q.x(), q.y(), q.z(), q.w());
+}
+
 /// Raw readings are made into orientations here, with all of them at hand.
-std::vector<OrientationSample> filtered(const OrientationArguments& a, OrientationStreamOptions* options,
-                                        std::vector<std::string>* notes) {
-  const ImuRecording recording = read_imu(a.path, notes);
-  const auto note = [&](const char* text) {
-    if (notes != nullptr) notes->emplace_back(text);
+std::vector<OrientationSample> filtered(const MountedImu& imu, const OrientationArguments& a,
+                                        OrientationStreamOptions* options, std::vector<std::string>* notes) {
+  const auto note = [&](const std::string& text) {
+    if (notes != nullptr) notes->push_back(text);
   };
-  if (recording.kinect_axes && a.mounting.empty() && a.calibration.empty()) {
-    // x left, y up, z forward: the Kinect's accelerometer against its depth camera.
-    options->body_from_camera = Eigen::Vector3d(-1, -1, 1).asDiagonal();
-    note("raw readings of a Kinect's accelerometer: --mounting \"0 0 1 0\" is assumed");
+  if (imu.body_from_camera && !names_mounting(a)) {
+    options->body_from_camera = *imu.body_from_camera;
+    note(fmt::format("raw readings whose format tells how the sensor sits: --mounting {}",
+                     quaternion_text(*imu.body_from_camera)));
   }
-  if (recording.has_gyroscope) {
+  if (imu.recording.has_gyroscope) {
     note("raw readings: filtered forward and backward, as `plumbline orientation --offline` does");
-    return smooth_orientation(recording);
+    return smooth_orientation(imu.recording);
   }
   options->convention.has_heading = false;
-  return tilt_from_accelerometer(recording, kTiltTau, true);
+  return tilt_from_accelerometer(imu.recording, kTiltTau, true);
+}
+
+/// Names by which the sensor of a recording is called in messages: its file in a folder, else the recording.
+std::string sensor_of(const SequenceInfo& info) {
+  for (const char* name : {"imu.csv", "accelerometer.txt"})
+    if (std::error_code error; std::filesystem::exists(std::filesystem::path(info.path) / name, error))
+      return (std::filesystem::path(info.path) / name).string();
+  return info.path;
+}
+
+std::string seconds_text(double first, double final) { return fmt::format("{:.3f} to {:.3f} s", first, final); }
+
+/// The unit that the sensor's stamps seem to be in, if with it they would lie at the frames.
+std::string unit_hint(double first, double final, double frames_first, double frames_final) {
+  struct Unit {
+    double factor;
+    const char* text;
+  };
+  for (const Unit& unit : {Unit{1e-3, "milliseconds where seconds are expected"},
+                           {1e-6, "microseconds where seconds are expected"},
+                           {1e-9, "nanoseconds where seconds are expected"},
+                           {1e3, "seconds, and the frames' in milliseconds"},
+                           {1e6, "seconds, and the frames' in microseconds"},
+                           {1e9, "seconds, and the frames' in nanoseconds"}})
+    if (first * unit.factor <= frames_final && final * unit.factor >= frames_first)
+      return fmt::format("the sensor's stamps seem to be in {}", unit.text);
+  return "";
 }
 
 }  // namespace
 
-void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
+void add_orientation_arguments(CLI::App& command, OrientationArguments& a, bool automatic) {
   CLI::Option* file = command.add_option("--orientation", a.path,
                                          "Readings of an orientation sensor: t qx qy qz qw, TUM's or EuRoC's "
                                          "format, or raw readings that `plumbline orientation` reads");
   file->type_name("FILE");
+  if (automatic) {
+    a.path = kAutoOrientation;
+    file->description(file->get_description() + "; auto takes the recording's own sensor, if it has one that serves");
+    file->type_name("auto|none|FILE")->capture_default_str();
+  }
   std::vector<CLI::Option*> dependents;
   const auto add = [&](const char* name, auto& value, const char* help, const char* type) {
     CLI::Option* option = command.add_option(name, value, help)->type_name(type);
@@ -133,7 +178,8 @@ void add_orientation_arguments(CLI::App& command, OrientationArguments& a) {
   add("--sensor-model", a.sensor_model, "Takes the sensor's uncertainty from a file of `plumbline characterise`",
       "FILE.toml");
   add("--imu-seed", a.imu_seed, "Of that error", "N")->needs(model)->capture_default_str();
-  command.parse_complete_callback([&command, file, dependents] {
+  command.parse_complete_callback([&command, file, dependents, automatic] {
+    if (automatic && file->count() == 0) return;
     const CLI::Option* sensor = command.get_option_no_throw("--imu");
     if (file->count() > 0 || (sensor != nullptr && sensor->count() > 0)) return;
     for (const CLI::Option* option : dependents)
@@ -153,20 +199,80 @@ OrientationStreamOptions stream_options(const OrientationArguments& a) {
 }
 
 std::optional<OrientationStream> load_orientation(const OrientationArguments& a, std::vector<std::string>* notes) {
-  if (a.path.empty()) return std::nullopt;
+  if (!is_file(a)) return std::nullopt;
   OrientationStreamOptions options = stream_options(a);
   const OrientationConvention declared = options.convention;
   const OrientationErrorModel model = a.imu_model.empty() ? OrientationErrorModel{} : error_model_of(a);
   if (std::error_code error; !std::filesystem::exists(a.path, error))
     throw UsageError("there is no such file", "--orientation " + a.path,
                      "Give a file with lines t qx qy qz qw, or in TUM's or EuRoC's format.");
-  std::vector<OrientationSample> samples = is_imu_file(a.path)
-                                               ? filtered(a, &options, notes)
+  const bool raw = holds_recording(a.path) || is_imu_file(a.path);
+  std::vector<OrientationSample> samples = raw ? filtered(load_imu(a.path, notes), a, &options, notes)
                                                : read_orientations(a.path, declared, notes, &options.convention);
   if (!options.convention.has_heading && notes != nullptr)
     notes->emplace_back("tilt only: the heading is left to the tracking");
   note_error_model(model, notes);
   return OrientationStream(with_error(model, std::move(samples)), options);
+}
+
+MountedImu load_imu(const std::string& path, std::vector<std::string>* notes) {
+  if (!holds_recording(path)) return {read_imu(path, notes), mounting_by_format(path)};
+  const auto sequence = open_sequence(path);
+  MountedImu imu{sequence->read_imu(notes), sequence->info().body_from_camera};
+  if (imu.recording.samples.empty())
+    throw Error("has no readings of an inertial sensor that serve", path, "give a recording with an accelerometer");
+  return imu;
+}
+
+std::string overlap_problem(const OrientationStream& stream, const Sequence& sequence) {
+  for (int i = 0; i < sequence.size(); ++i)
+    if (stream.lookup(sequence.time(i)).status == OrientationStatus::ok) return "";
+  const double first = to_seconds(stream.samples().front().time), final = to_seconds(stream.samples().back().time);
+  const double frames_first = to_seconds(sequence.info().first_time),
+               frames_final = to_seconds(sequence.info().last_time);
+  std::string text = fmt::format("no reading lies at any frame: the sensor's stamps are {}, the frames' {}",
+                                 seconds_text(first, final), seconds_text(frames_first, frames_final));
+  if (first <= frames_final && final >= frames_first) return text + "; the readings have gaps there";
+  const std::string unit = unit_hint(first, final, frames_first, frames_final);
+  if (!unit.empty()) return text + "; " + unit;
+  return text + fmt::format("; if both began at the same moment, --orientation-offset {:.3f} brings them together",
+                            frames_first - first);
+}
+
+RecordedOrientation recorded_orientation(const Sequence& sequence, const OrientationArguments& a) {
+  const SequenceInfo& info = sequence.info();
+  RecordedOrientation result;
+  const std::string name = sensor_of(info);
+  const auto leave_out = [&](const std::string& why) {
+    result.unused = fmt::format("inertial sensor ({}): not used, because {}", name, why);
+    return result;
+  };
+  MountedImu imu;
+  try {
+    imu.recording = sequence.read_imu(&result.notes);
+    imu.body_from_camera = info.body_from_camera;
+    if (!imu.body_from_camera && name != info.path) imu.body_from_camera = mounting_by_format(name);
+  } catch (const Error& error) {
+    return leave_out(error.what());
+  }
+  if (imu.recording.samples.empty()) return result;
+  if (!imu.recording.has_gyroscope)
+    return leave_out(
+        fmt::format("it gives the tilt alone, to a degree or two; --orientation {} uses it all the same", name));
+  if (!imu.body_from_camera && !names_mounting(a))
+    return leave_out(
+        fmt::format("nothing says how it sits on the camera; --mounting \"QX QY QZ QW\" says it, and "
+                    "--orientation {} takes its axes for the camera's",
+                    name));
+  OrientationStreamOptions options = stream_options(a);
+  const OrientationErrorModel model = a.imu_model.empty() ? OrientationErrorModel{} : error_model_of(a);
+  std::vector<OrientationSample> samples = filtered(imu, a, &options, &result.notes);
+  note_error_model(model, &result.notes);
+  OrientationStream stream(with_error(model, std::move(samples)), options);
+  if (const std::string problem = overlap_problem(stream, sequence); !problem.empty()) return leave_out(problem);
+  result.stream.emplace(std::move(stream));
+  result.source = fmt::format("the recording's own sensor ({})", name);
+  return result;
 }
 
 void apply_sensor_model(const OrientationArguments& a, OrientationParameters* parameters) {
@@ -177,7 +283,8 @@ void apply_sensor_model(const OrientationArguments& a, OrientationParameters* pa
 }
 
 std::string describe(const OrientationArguments& a) {
-  if (a.path.empty() || a.imu_model.empty()) return a.path;
+  if (!is_file(a)) return "";
+  if (a.imu_model.empty()) return a.path;
   return fmt::format("{}, error model {} seed {}", a.path, a.imu_model, a.imu_seed);
 }
 

@@ -1,12 +1,16 @@
 // The options of an orientation sensor's readings.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "plumbline/imu.h"
 #include "plumbline/parameters.h"
+#include "plumbline/sequence.h"
 #include "sensor/orientation_stream.h"
 
 namespace CLI {
@@ -22,10 +26,34 @@ struct OrientationArguments {
   std::uint64_t imu_seed = 1;
 };
 
-/// All but --orientation itself are mistakes without it, or without --imu where the command has that.
-void add_orientation_arguments(CLI::App& command, OrientationArguments& arguments);
+/// Values of --orientation that name no file: the sensor of the recording, if it has one that serves; none.
+constexpr std::string_view kAutoOrientation = "auto", kNoOrientation = "none";
 
-/// The stream that the options describe; empty without --orientation. Throws UsageError for values that are not of
+/// All but --orientation itself are mistakes without it, or without --imu where the command has that. With `automatic`,
+/// the recording's own sensor is the default.
+void add_orientation_arguments(CLI::App& command, OrientationArguments& arguments, bool automatic = false);
+
+/// Raw readings of a text file or of a recording, and how the depth camera sits on the sensor where that is known.
+struct MountedImu {
+  ImuRecording recording;
+  std::optional<Eigen::Matrix3d> body_from_camera;
+};
+MountedImu load_imu(const std::string& path, std::vector<std::string>* notes);
+
+/// What the sensor of a recording gives; without a stream, `unused` says why it is not used, or is empty where there is
+/// no sensor.
+struct RecordedOrientation {
+  std::optional<OrientationStream> stream;
+  std::string source, unused;
+  std::vector<std::string> notes;
+};
+RecordedOrientation recorded_orientation(const Sequence& sequence, const OrientationArguments& arguments);
+
+/// Empty if a reading lies at any of the frames; else what to say: both spans of time, and what would bring them
+/// together.
+std::string overlap_problem(const OrientationStream& stream, const Sequence& sequence);
+
+/// The stream that the options describe; empty without a file. Throws UsageError for values that are not of
 /// their option's form and a file that does not exist, Error for one that holds no orientations.
 std::optional<OrientationStream> load_orientation(const OrientationArguments& arguments,
                                                   std::vector<std::string>* notes = nullptr);

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,7 @@
 #include "cli/arguments.h"
 #include "cli/console.h"
 #include "cli/short_names.h"
+#include "eval/similarity.h"
 #include "eval/time_offset.h"
 #include "io/atomic_file.h"
 #include "io/csv.h"
@@ -38,7 +40,7 @@ struct EvalArguments {
   std::string reference;
   std::vector<std::string> estimates;
   double offset = 0, max_difference = 0.02;  // seconds
-  bool find_offset = false;
+  bool find_offset = false, scale = false;
   double offset_range = 0.2;  // seconds
   double delta = 1;
   std::string unit = "s";
@@ -61,7 +63,8 @@ struct Row {
   Trajectory trajectory;
   std::optional<Result> result;
   std::optional<eval::TimeOffset> offset;
-  std::string problem;  ///< why there is no result
+  std::optional<double> scale = {};  ///< that its positions were multiplied by
+  std::string problem;               ///< why there is no result
 };
 
 template <class Result>
@@ -82,6 +85,33 @@ std::vector<Loaded> load(const std::vector<std::string>& paths) {
   return files;
 }
 
+/// With --scale the estimate's positions are multiplied; without it, a hint says so where that would help much.
+template <class Result>
+void apply_scale(const EvalArguments& arguments, const Trajectory& reference, Row<Result>* row) {
+  constexpr double kGain = 0.5, kFar = 0.02;
+  const eval::AssociationOptions options{from_seconds(arguments.max_difference), from_seconds(arguments.offset)};
+  try {
+    const double scale = eval::similarity_scale(reference, row->trajectory, options);
+    if (arguments.scale) {
+      row->trajectory = eval::scaled(std::move(row->trajectory), scale);
+      row->scale = scale;
+      return;
+    }
+    if (std::abs(scale - 1) < kFar) return;
+    const auto rmse = [&](const Trajectory& estimate) {
+      return eval::absolute_trajectory_error(reference, estimate, options).translation.rmse;
+    };
+    const double as_it_is = rmse(row->trajectory), better = rmse(eval::scaled(row->trajectory, scale));
+    if (better < kGain * as_it_is)
+      fmt::print(stderr,
+                 "note: {}: {:.4g} times as large it would fit the reference to {:.4f} m instead of {:.4f} m; "
+                 "--scale does that, as for a single camera's path\n",
+                 row->path, scale, better, as_it_is);
+  } catch (const Error&) {  // too few poses belong together, which the evaluation tells
+    if (arguments.scale) throw;
+  }
+}
+
 /// Reads all files and evaluates each estimate. One that fails is told at the end; the others go on.
 template <class Result, class Evaluate>
 Comparison<Result> compare(const EvalArguments& arguments, Evaluate&& evaluate) {
@@ -96,8 +126,10 @@ Comparison<Result> compare(const EvalArguments& arguments, Evaluate&& evaluate) 
   Comparison<Result> comparison{std::move(files[0].trajectory), {}};
   const std::vector<std::string> names = short_names(arguments.estimates);
   for (std::size_t i = 0; i < arguments.estimates.size(); ++i) {
-    Row<Result> row{arguments.estimates[i], names[i], std::move(files[i + 1].trajectory), {}, {}, files[i + 1].problem};
+    Row<Result> row{arguments.estimates[i], names[i], std::move(files[i + 1].trajectory), {}, {}, {},
+                    files[i + 1].problem};
     try {
+      if (row.problem.empty()) apply_scale(arguments, comparison.reference, &row);
       if (row.problem.empty()) row.result = evaluate(comparison.reference, row.trajectory);
     } catch (const Error& error) {
       row.problem = arguments.estimates.size() > 1 ? row.path + ": " + error.what() : error.what();
@@ -244,6 +276,7 @@ Json ate_json(const EvalArguments& arguments, const Comparison<eval::AbsoluteErr
       const Eigen::Vector3d t = row.result->reference_from_estimate.translation();
       const Eigen::Quaterniond q = row.result->reference_from_estimate.quaternion();
       entry["pairs"] = row.result->pairs.size();
+      if (row.scale) entry["scale"] = *row.scale;
       entry["translation_m"] = to_json(row.result->translation);
       entry["reference_from_estimate"] = {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
       if (row.offset) entry["best_offset"] = offset_json(*row.offset);
@@ -273,7 +306,9 @@ int evaluate_ate(const EvalArguments& arguments) {
   if (arguments.find_offset) find_offsets(arguments, &comparison);
   if (has_any(comparison)) {
     if (arguments.json != kStandardOutput) {
-      say("absolute trajectory error after rigid alignment, metres");
+      say("absolute trajectory error after {} alignment, metres", arguments.scale ? "similarity" : "rigid");
+      for (const auto& row : comparison.rows)
+        if (row.scale) say("scale      {}: its positions were multiplied by {:.6g}", row.name, *row.scale);
       if (arguments.offset != 0) say("the estimates' stamps were shifted by {} s", arguments.offset);
       say_table(comparison, "estimate", &eval::AbsoluteError::translation, 1);
       if (arguments.find_offset) say_offsets(comparison);
@@ -313,6 +348,7 @@ Json rpe_json(const EvalArguments& arguments, const Comparison<eval::RelativeErr
     Json entry = {{"estimate", row.path}};
     if (row.result) {
       entry["pairs"] = row.result->pairs.size();
+      if (row.scale) entry["scale"] = *row.scale;
       entry["translation_m"] = to_json(row.result->translation);
       entry["rotation_deg"] = to_json(row.result->rotation, kDegreesPerRadian);
     } else {
@@ -357,7 +393,9 @@ int evaluate_rpe(const EvalArguments& arguments) {
 }
 
 void add_common(CLI::App& command, EvalArguments& arguments) {
-  command.add_option("groundtruth", arguments.reference, "Reference trajectory (TUM format, or a 7-Scenes folder)")
+  command
+      .add_option("groundtruth", arguments.reference,
+                  "Reference trajectory: TUM, EuRoC, KITTI, Redwood, or a folder of poses")
       ->required()
       ->type_name("GROUNDTRUTH");
   command.add_option("estimates", arguments.estimates, "Estimated trajectories, one row each")
@@ -367,6 +405,7 @@ void add_common(CLI::App& command, EvalArguments& arguments) {
       ->check(CLI::Range(-1e9, 1e9))
       ->capture_default_str()
       ->type_name("S");
+  command.add_flag("--scale", arguments.scale, "Multiply the estimate's positions by the factor that fits best");
   command
       .add_option("--json", arguments.json, "Write the figures as JSON; without a name or as '-' in place of the table")
       ->expected(0, 1)

@@ -8,6 +8,7 @@
 #include "cli/arguments.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/orientation_arguments.h"
 #include "eval/orientation_error.h"
 #include "io/imu_file.h"
 #include "io/orientation_file.h"
@@ -30,7 +31,7 @@ struct FilterArguments {
 
 ImuRecording load(const FilterArguments& a) {
   std::vector<std::string> notes;
-  ImuRecording recording = read_imu(a.input, &notes);
+  ImuRecording recording = load_imu(a.input, &notes).recording;
   for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
   if (a.no_magnetometer) {
     recording.has_magnetometer = false;
@@ -95,7 +96,7 @@ int filter(const FilterArguments& a) {
 }
 
 void add_options(CLI::App& command, FilterArguments& a) {
-  command.add_option("imu", a.input, "Readings: CSV with named columns, EuRoC, TUM accelerometer.txt, BROAD")
+  command.add_option("imu", a.input, "Readings: CSV with named columns, EuRoC, TUM accelerometer.txt, BROAD, or a recording with a sensor")
       ->required()
       ->type_name("IMU");
   command.add_option("-o,--output", a.output, "Orientations: t qx qy qz qw")->capture_default_str()->type_name("FILE");

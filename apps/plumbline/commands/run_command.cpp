@@ -12,6 +12,8 @@
 #include "cli/parameter_arguments.h"
 #include "cli/sequence_arguments.h"
 #include "plumbline/config.h"
+#include "plumbline/error.h"
+#include "plumbline/sequence.h"
 #include "plumbline/trajectory.h"
 #include "report/report.h"
 #include "run/live_source.h"
@@ -60,7 +62,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
 }
 
 void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) {
-  if (!arguments.orientation.path.empty())
+  if (arguments.orientation.path != kAutoOrientation && arguments.orientation.path != kNoOrientation)
     throw UsageError("a file of orientations does not go with a live camera", "--orientation", "Give --imu.");
   if (arguments.stride != 1) throw UsageError("a live run takes what comes", "--stride", "Leave it out.");
   if (arguments.realtime) throw UsageError("a live run is in real time", "--realtime", "Leave it out.");
@@ -73,6 +75,28 @@ void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) 
     return std::make_unique<LiveSource>(arguments.capture, input.color, input.intrinsics, arguments.max_frames,
                                         orientation, input.depth_distortion);
   };
+}
+
+/// Of the recording's own sensor, or of a file, which must then serve some frame.
+void set_up_orientation(const OrientationArguments& arguments, ReconstructionOptions* options) {
+  options->orientation = load_orientation(arguments, &options->orientation_notes);
+  options->orientation_source = describe(arguments);
+  if (arguments.path == kAutoOrientation || options->orientation)
+    options->opened = open_sequence(options->sequence, options->input);
+  if (arguments.path == kAutoOrientation) {
+    RecordedOrientation recorded = recorded_orientation(*options->opened, arguments);
+    options->orientation = std::move(recorded.stream);
+    options->orientation_source = recorded.source;
+    options->orientation_notes = std::move(recorded.notes);
+    options->unused = recorded.unused;
+  } else if (options->orientation) {
+    const std::string problem = overlap_problem(*options->orientation, *options->opened);
+    if (!problem.empty())
+      throw Error(problem, "--orientation " + arguments.path,
+                  "Give the readings of this recording, --orientation-offset, or --orientation none.");
+  }
+  if (options->orientation && !options->orientation->options().convention.has_heading)
+    options->parameters.orientation.heading_sigma = kNoHeadingSigma;
 }
 
 int run(const RunArguments& arguments) {
@@ -92,10 +116,7 @@ int run(const RunArguments& arguments) {
       throw UsageError("real time needs a speed above 0", "--speed", "Give 1, or leave out --realtime.");
     if (arguments.capture.imu != "none")
       throw UsageError("a sensor is read in live runs alone", "--imu", "Run live:, or give --orientation FILE.");
-    options.orientation = load_orientation(arguments.orientation, &options.orientation_notes);
-    if (options.orientation && !options.orientation->options().convention.has_heading)
-      options.parameters.orientation.heading_sigma = kNoHeadingSigma;
-    options.orientation_source = describe(arguments.orientation);
+    set_up_orientation(arguments.orientation, &options);
   }
   const Reconstruction result = reconstruct(options);
   // Ctrl-C is how a live run ends.
@@ -105,7 +126,7 @@ int run(const RunArguments& arguments) {
 void add_options(CLI::App& command, RunArguments& arguments) {
   add_sequence_arguments(command, arguments.sequence, false);
   add_parameter_arguments(command, arguments.parameters);
-  add_orientation_arguments(command, arguments.orientation);
+  add_orientation_arguments(command, arguments.orientation, true);
   add_capture_arguments(command, arguments.capture);
   command.add_option("-o,--output", arguments.output, "Folder for the results, created if missing")
       ->capture_default_str()

@@ -49,8 +49,37 @@ void find_depth_distortion(const Sequence& sequence, const std::vector<int>& fra
   run->depth_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// A sequence that others look at as well, with one more note.
+class NotedSequence : public Sequence {
+ public:
+  NotedSequence(std::shared_ptr<const Sequence> sequence, const std::string& note)
+      : Sequence(noted(sequence->info(), note), times_of(*sequence)), sequence_(std::move(sequence)) {}
+
+  Frame read(int index) const override { return sequence_->read(index); }
+  ImuRecording read_imu(std::vector<std::string>* notes) const override { return sequence_->read_imu(notes); }
+
+ private:
+  static SequenceInfo noted(SequenceInfo info, const std::string& note) {
+    if (!note.empty()) info.notes.push_back(note);
+    return info;
+  }
+  static std::vector<Nanoseconds> times_of(const Sequence& sequence) {
+    std::vector<Nanoseconds> times;
+    for (int i = 0; i < sequence.size(); ++i) times.push_back(sequence.time(i));
+    return times;
+  }
+
+  std::shared_ptr<const Sequence> sequence_;
+};
+
+std::unique_ptr<Sequence> open_noted(const ReconstructionOptions& options) {
+  std::shared_ptr<const Sequence> sequence = options.opened;
+  if (!sequence) sequence = open_sequence(options.sequence, options.input);
+  return std::make_unique<NotedSequence>(std::move(sequence), options.unused);
+}
+
 std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Reconstruction* run) {
-  std::unique_ptr<Sequence> sequence = open_sequence(options.sequence, options.input);
+  std::unique_ptr<Sequence> sequence = open_noted(options);
   std::vector<int> frames = chosen_frames(*sequence, options.max_frames, options.stride);
   if (is_to_be_calibrated(options)) find_depth_distortion(*sequence, frames, options, run);
   if (run->depth) sequence = without_depth_distortion(std::move(sequence), run->depth->distortion);
@@ -108,6 +137,7 @@ OpenRun open_run(const ReconstructionOptions& options, Reconstruction* run) {
   run->command_line = options.command_line;
   run->backend = open.backend->description();
   run->orientation = options.orientation_source;
+  run->orientation_notes = options.orientation_notes;
   load_groundtruth(options.groundtruth, run);
   ensure_directory(options.output);
   open.pipeline = make_pipeline(options, *open.source, *open.backend);

@@ -26,6 +26,8 @@ struct ReconstructionOptions {
   std::string sequence;
   std::string output;  ///< folder; created, files in it replaced whole
   SequenceOptions input;
+  std::shared_ptr<const Sequence> opened;  ///< `sequence`, where it is open already
+  std::string unused;                      ///< which input is not used, and why; a note in the results
   Parameters parameters;
   std::string backend = "auto";
   int threads = 0;     ///< 0 = all cores
@@ -60,6 +62,7 @@ struct Reconstruction {
   SE3 world_from_volume;                        ///< of the volume's corner
   double volume_side = 0;                       ///< metres
   std::string orientation;                      ///< source in words, or empty
+  std::vector<std::string> orientation_notes;   ///< what was concluded about it
   std::string orientation_message;              ///< what the user should know about the readings, or empty
   std::optional<DepthCalibrationResult> depth;  ///< the distortion that this run found and took out
   double depth_seconds = 0;                     ///< that finding it took

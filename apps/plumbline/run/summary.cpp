@@ -110,6 +110,7 @@ Json orientation_json(const Reconstruction& run) {
           {"missing", count(OrientationUse::missing)},
           {"distrusted", count(OrientationUse::distrusted)},
           {"dropped", count(OrientationUse::dropped)},
+          {"notes", run.orientation_notes},
           {"message", run.orientation_message.empty() ? Json() : Json(run.orientation_message)}};
 }
 

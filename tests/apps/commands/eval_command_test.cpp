@@ -131,6 +131,21 @@ TEST_F(Evaluation, TheBestTimeOffsetIsToldAndNotApplied) {
   EXPECT_THAT(ate({path("late.txt"), "--find-offset"}).out, AllOf(HasSubstr("-0.01"), HasSubstr("not applied")));
 }
 
+TEST_F(Evaluation, ASingleCamerasPathIsScaledWhereThatIsWanted) {
+  Trajectory small = way(0.01);
+  for (StampedPose& pose : small)
+    pose.world_from_camera = SE3(pose.world_from_camera.rotation(), 0.25 * pose.world_from_camera.translation());
+  write_tum_trajectory(path("small.txt"), small);
+  const Outcome hint = ate({path("small.txt")});
+  EXPECT_THAT(hint.err, AllOf(HasSubstr("4 times as large"), HasSubstr("--scale")));
+  const Outcome scaled = ate({path("small.txt"), "--scale", "--json"});
+  ASSERT_EQ(scaled.exit_code, 0) << scaled.err;
+  const json entry = json::parse(scaled.out)["estimates"][0];
+  EXPECT_NEAR(entry["scale"].get<double>(), 4, 0.01);
+  EXPECT_LT(entry["translation_m"]["rmse"].get<double>(), 0.011);
+  EXPECT_THAT(ate({path("a/trajectory.txt")}).err, Not(HasSubstr("--scale")));
+}
+
 TEST_F(Evaluation, OneBadEstimateIsNamedAndTheOthersGoOn) {
   write_text(path("bad.txt"), "1 2 3\n1 2 3\n");
   const Outcome outcome = ate({path("a/trajectory.txt"), path("bad.txt"), path("none.txt"), "--json", path("t.json")});

@@ -1,8 +1,10 @@
 // `plumbline run` on good sequences: what it writes, says, and leaves alone.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -274,6 +276,47 @@ TEST_F(RunCommand, AFrameWithoutAReadingSaysWhy) {
   EXPECT_EQ(use.front(), "before the orientation's start");
   EXPECT_EQ(use.back(), "used");
   EXPECT_EQ(summary(output())["lost"], 0);
+}
+
+TEST_F(RunCommand, ReadingsThatLieAtNoFrameAreAnError) {
+  Trajectory truth = read_tum_trajectory(sequence() + "/groundtruth.txt");
+  for (StampedPose& pose : truth) pose.time += from_seconds(500);
+  write_tum_trajectory(path("shifted.txt"), truth);
+  const auto words = small_run(sequence(), output(), {"--orientation", path("shifted.txt"), "--no-mesh"});
+  const Outcome run = plumbline(words);
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("no reading lies at any frame"), HasSubstr("--orientation-offset -500")));
+  for (StampedPose& pose : truth) pose.time = 1000 * (pose.time - from_seconds(500));
+  write_tum_trajectory(path("shifted.txt"), truth);
+  EXPECT_THAT(plumbline(words).err, HasSubstr("seem to be in milliseconds"));
+}
+
+TEST_F(RunCommand, ASensorOfTheRecordingThatIsNotUsedSaysWhy) {
+  std::ofstream tilt(sequence() + "/accelerometer.txt");
+  tilt << "# timestamp ax ay az\n";
+  for (int i = 0; i < 100; ++i) tilt << 0.01 * i << " 0 9.8 0\n";
+  tilt.close();
+  const Outcome run = plumbline(small_run(sequence(), output(), {"--no-mesh"}));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("accelerometer.txt): not used, because it gives the tilt alone")));
+  EXPECT_THAT(summary(output())["sequence"]["notes"].dump(), HasSubstr("not used, because"));
+  EXPECT_TRUE(summary(output())["orientation"].is_null());
+  const Outcome none = plumbline(small_run(sequence(), output(), {"--orientation", "none", "--no-mesh"}));
+  EXPECT_THAT(none.out, Not(HasSubstr("not used")));
+}
+
+TEST_F(RunCommand, TheRecordingsOwnSensorServesByItself) {
+  // StrayScanner's file tells how the phone's sensor sits.
+  std::ofstream imu(sequence() + "/imu.csv");
+  imu << "timestamp, a_x, a_y, a_z, alpha_x, alpha_y, alpha_z\n";
+  const Trajectory truth = read_tum_trajectory(sequence() + "/groundtruth.txt");
+  for (double t = to_seconds(truth.front().time) - 0.5; t < to_seconds(truth.back().time) + 0.5; t += 0.01)
+    imu << fmt::format("{:.3f}, 0.01, -0.7, -0.7, 0, 0, 0\n", t);
+  imu.close();
+  const Outcome run = plumbline(small_run(sequence(), output(), {"--no-mesh"}));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("the recording's own sensor"), HasSubstr("--mounting")));
+  EXPECT_THAT(summary(output())["orientation"]["source"].get<std::string>(), HasSubstr("imu.csv"));
 }
 
 TEST_F(RunCommand, ASensorThatNoParameterUsesIsTold) {
