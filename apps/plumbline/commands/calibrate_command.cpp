@@ -27,7 +27,7 @@
 #include "plumbline/se3.h"
 #include "plumbline/trajectory.h"
 #include "run/frame_source.h"
-#include "sensor/convention_check.h"
+#include "calibration/convention_check.h"
 
 namespace plumbline::app {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "plumbline/pipeline.h"
 #include "run/frame_loop.h"
-#include "sensor/convention_check.h"
+#include "calibration/convention_check.h"
 #include "sensor/orientation_stream.h"
 
 namespace plumbline::app {

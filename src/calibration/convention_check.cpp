@@ -1,4 +1,4 @@
-#include "sensor/convention_check.h"
+#include "calibration/convention_check.h"
 
 #include <fmt/format.h>
 
