@@ -12,9 +12,9 @@
 #include <filesystem>
 #include <string_view>
 
-#include "io/matroska.h"
-#include "io/message_store.h"
-#include "io/rosbag.h"
+#include "io/containers/matroska.h"
+#include "io/containers/message_store.h"
+#include "io/containers/rosbag.h"
 #include "plumbline/error.h"
 
 namespace plumbline {

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "io/jpeg.h"
-#include "io/kinect_calibration.h"
-#include "io/matroska.h"
+#include "io/containers/kinect_calibration.h"
+#include "io/containers/matroska.h"
 #include "io/registration.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"

@@ -1,8 +1,8 @@
-#include "io/rosbag.h"
+#include "io/containers/rosbag.h"
 
 #include <gmock/gmock.h>
 
-#include "io/ros_messages.h"
+#include "io/containers/ros_messages.h"
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"

@@ -1,4 +1,4 @@
-#include "io/ros_topics.h"
+#include "io/containers/ros_topics.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "io/ros_messages.h"
+#include "io/containers/ros_messages.h"
 
 #include <fmt/format.h>
 

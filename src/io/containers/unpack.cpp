@@ -1,4 +1,4 @@
-#include "io/unpack.h"
+#include "io/containers/unpack.h"
 
 #include <bzlib.h>
 #include <lz4frame.h>

@@ -6,10 +6,10 @@
 #include <map>
 #include <optional>
 
-#include "io/message_store.h"
+#include "io/containers/message_store.h"
 #include "io/recording.h"
 #include "io/stamped_lines.h"
-#include "io/unpack.h"
+#include "io/containers/unpack.h"
 #include "plumbline/error.h"
 
 namespace plumbline {

@@ -1,4 +1,4 @@
-#include "io/matroska.h"
+#include "io/containers/matroska.h"
 
 #include "io/stamped_lines.h"
 #include "plumbline/error.h"

@@ -5,8 +5,8 @@
 #include <map>
 #include <mutex>
 
-#include "io/message_store.h"
-#include "io/unpack.h"
+#include "io/containers/message_store.h"
+#include "io/containers/unpack.h"
 #include "plumbline/error.h"
 
 namespace plumbline {

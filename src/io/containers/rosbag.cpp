@@ -1,4 +1,4 @@
-#include "io/rosbag.h"
+#include "io/containers/rosbag.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "io/stamped_lines.h"
-#include "io/unpack.h"
+#include "io/containers/unpack.h"
 #include "plumbline/error.h"
 
 namespace plumbline {

@@ -1,4 +1,4 @@
-#include "io/message_store.h"
+#include "io/containers/message_store.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "io/recording.h"
-#include "io/rosbag.h"
+#include "io/containers/rosbag.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
 #include "plumbline/error.h"

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/message_store.h"
-#include "io/ros_messages.h"
+#include "io/containers/message_store.h"
+#include "io/containers/ros_messages.h"
 
 namespace plumbline::ros {
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/message_store.h"
+#include "io/containers/message_store.h"
 #include "io/recording.h"
 
 namespace plumbline {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/message_store.h"
+#include "io/containers/message_store.h"
 #include "plumbline/image.h"
 #include "plumbline/imu.h"
 #include "plumbline/pinhole.h"

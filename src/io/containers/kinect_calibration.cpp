@@ -1,4 +1,4 @@
-#include "io/kinect_calibration.h"
+#include "io/containers/kinect_calibration.h"
 
 #include <fmt/format.h>
 
