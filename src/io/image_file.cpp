@@ -21,7 +21,7 @@ ImageHeader read_image_header(const std::string& path) {
   fail_unknown(bytes, path);
 }
 
-DepthImage read_depth_image(const std::string& path) {
+DepthImage read_depth_image(const std::string& path, double) {
   const std::string bytes = read_file(path);
   if (is_png(bytes)) return decode_depth_png(bytes, path);
   if (is_jpeg(bytes))
