@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "io/known_formats.h"
 #include "io/matroska.h"
 #include "io/rosbag.h"
 #include "plumbline/error.h"
@@ -43,6 +44,8 @@ std::unique_ptr<Sequence> open_recording(const std::string& path, const Sequence
   const std::string first = file.read(0, std::min<std::uint64_t>(file.size(), 16));
   if (is_matroska(first)) return open_kinect_recording(path, options);
   if (is_rosbag(first)) return open_ros_bag(path, options);
+  if (const auto known = known_unread_format(path))
+    throw Error("is " + known->what + ", which is not read", path, known->how_to_convert);
   throw Error("is no recording that can be read", path,
               "give a folder of depth images, a recording of an Azure Kinect (.mkv), or a ROS 1 bag");
 }

@@ -14,6 +14,7 @@
 #include "io/camera.h"
 #include "io/image_file.h"
 #include "io/imu_file.h"
+#include "io/plausibility.h"
 #include "io/recorded_camera.h"
 #include "io/recording.h"
 #include "io/registration.h"
@@ -268,6 +269,7 @@ SequenceInfo describe(const std::string& path, const SequenceOptions& options, c
   info.format = list.format;
   info.groundtruth = list.groundtruth;
   info.notes = list.notes;
+  info.warnings = list.warnings;
   info.color_frames = static_cast<int>(std::count_if(list.entries.begin(), list.entries.end(),
                                                      [](const SequenceEntry& entry) { return !entry.color.empty(); }));
   info.body_from_camera = list.body_from_camera;
@@ -344,6 +346,10 @@ Trajectory Sequence::read_groundtruth(std::vector<std::string>* notes) const {
 
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options) {
   std::unique_ptr<Sequence> sequence = open_as_measured(path, options);
+  const std::vector<Warning> warnings = check_plausibility(*sequence);
+  sequence->info_.warnings.insert(sequence->info_.warnings.end(), warnings.begin(), warnings.end());
+  if (options.strict && !sequence->info_.warnings.empty())
+    throw Error(sequence->info_.warnings.front().what, path, sequence->info_.warnings.front().what_to_do);
   if (options.depth_distortion.empty()) return sequence;
   return without_depth_distortion(std::move(sequence), options.depth_distortion);
 }

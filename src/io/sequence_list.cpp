@@ -6,6 +6,7 @@
 
 #include "io/formats/formats.h"
 #include "io/formats/frame_files.h"
+#include "io/known_formats.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
@@ -28,6 +29,10 @@ SequenceList list_sequence(const std::string& path, const SequenceOptions& optio
   list.folder = checked_folder(path);
   for (const FolderFormat& format : folder_formats())
     if (format.list(options, &list)) return list;
+  for (const fs::directory_entry& entry : entries_of(path))
+    if (const auto unread = known_unread_format(entry.path().string()))
+      throw Error(fmt::format("the folder holds {}, which is not read", unread->what), entry.path().string(),
+                  unread->how_to_convert);
   std::string known;
   for (const FolderFormat& format : folder_formats())
     known += fmt::format("{}{} ({})", known.empty() ? "" : ", ", format.told_by, format.name);

@@ -37,6 +37,7 @@ struct SequenceList {
   bool stamps_are_frame_numbers = false;            ///< one second a frame says nothing about gaps
   std::optional<Eigen::Matrix3d> body_from_camera;  ///< of the IMU whose readings lie beside the frames
   std::vector<std::string> notes;
+  std::vector<Warning> warnings;
 };
 
 /// Throws Error if the folder is none of the layouts, or holds no frames.

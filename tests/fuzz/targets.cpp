@@ -9,7 +9,6 @@
 #include <functional>
 #include <stdexcept>
 
-#include "plumbline/calibration.h"
 #include "calibration/orientation_calibration.h"
 #include "io/camera.h"
 #include "io/imu_file.h"
@@ -17,9 +16,13 @@
 #include "io/kinect_calibration.h"
 #include "io/mesh.h"
 #include "io/orientation_file.h"
+#include "io/plain_depth.h"
 #include "io/png.h"
+#include "io/recorded_camera.h"
 #include "io/sequence_list.h"
+#include "io/tiff.h"
 #include "io/trajectory.h"
+#include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
@@ -94,6 +97,16 @@ void camera(std::string_view bytes) {
   choose_camera({}, {folder.with("camera-intrinsics.txt", bytes), "", false, 640, 480, {}});
 }
 
+void tiff(std::string_view bytes) {
+  read_tiff_header(bytes, "x");
+  decode_depth_tiff(bytes, "x");
+}
+
+void plain_depth(std::string_view bytes) {
+  if (is_pgm(bytes)) decode_depth_pgm(bytes, "x");
+  if (is_npy(bytes)) decode_depth_npy(bytes, "x");
+}
+
 void png(std::string_view bytes) {
   read_png_header(bytes, "x");
   try {
@@ -130,16 +143,22 @@ const std::vector<Target>& targets() {
       {"camera", camera},
       {"depth_calibration", on_file([](const std::string& path) { read_depth_calibration(path); })},
       {"imu", on_file([](const std::string& path) { read_imu(path); })},
+      {"info_camera", on_file([](const std::string& path) { read_info_camera(path); })},
       {"jpeg", jpeg},
+      {"json_camera", on_file([](const std::string& path) { read_json_camera(path); })},
       {"list", [](std::string_view bytes) { list_folder("depth.txt", bytes); }},
       {"mkv", open_and_read},
       {"mounting", on_file([](const std::string& path) { read_orientation_calibration(path); })},
       {"obj", on_file([](const std::string& path) { read_obj(path); })},
       {"orientation", on_file([](const std::string& path) { read_orientations(path, {}); })},
       {"ply", on_file([](const std::string& path) { read_ply(path); })},
+      {"plain_depth", plain_depth},
       {"png", png},
+      {"text_camera", on_file([](const std::string& path) { read_text_camera(path); })},
+      {"tiff", tiff},
       {"toml", toml},
-      {"trajectory", on_file([](const std::string& path) { read_tum_trajectory(path); })}};
+      {"trajectory", on_file([](const std::string& path) { read_tum_trajectory(path); })},
+      {"yaml_camera", on_file([](const std::string& path) { read_yaml_camera(path); })}};
   return list;
 }
 

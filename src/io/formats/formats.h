@@ -21,6 +21,7 @@ struct FolderFormat {
 std::span<const FolderFormat> folder_formats();
 
 bool list_stray_scanner(const SequenceOptions& options, SequenceList* list);
+bool list_replica(const SequenceOptions& options, SequenceList* list);
 bool list_tum_or_icl(const SequenceOptions& options, SequenceList* list);
 bool list_seven_scenes(const SequenceOptions& options, SequenceList* list);
 bool list_depth_images(const SequenceOptions& options, SequenceList* list);

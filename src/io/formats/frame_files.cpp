@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "io/camera.h"
+#include "io/recorded_camera.h"
+#include "io/seven_scenes.h"
 #include "io/stamped_lines.h"
 #include "plumbline/error.h"
 
@@ -86,6 +89,15 @@ std::vector<StampedFile> read_list(const fs::path& folder, const std::string& na
   return files;
 }
 
+bool spread_equal_stamps(std::vector<StampedFile>* files) {
+  if (files->size() < 3) return false;
+  std::map<Nanoseconds, std::size_t> counts;
+  for (const StampedFile& file : *files) ++counts[file.time];
+  if (2 * counts.size() > files->size()) return false;
+  for (std::size_t i = 0; i < files->size(); ++i) (*files)[i].time = time_at_30_hz(static_cast<long long>(i));
+  return true;
+}
+
 void sort_and_thin(const std::string& what, std::vector<StampedFile>* files, std::vector<std::string>* notes) {
   if (!std::is_sorted(files->begin(), files->end(), by_time)) {
     std::stable_sort(files->begin(), files->end(), by_time);
@@ -164,6 +176,16 @@ bool natural_less(const std::string& a, const std::string& b) {
   }
   if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
   return a < b;  // 01 and 1
+}
+
+void take_recorded_camera(SequenceList* list) {
+  const auto recorded = find_recorded_camera(list->folder);
+  if (!recorded) return;
+  list->camera = recorded->choice;
+  if (recorded->depth_scale <= 0) return;
+  list->depth_scale = recorded->depth_scale;
+  list->depth_scale_source = recorded->choice.source;
+  list->depth_scale_is_guess = false;
 }
 
 std::string find_groundtruth(const fs::path& folder) {

@@ -44,6 +44,10 @@ void read_lines(const TextFile& file, std::size_t fields_needed, std::vector<std
 std::vector<StampedFile> read_list(const std::filesystem::path& folder, const std::string& name,
                                    std::vector<std::string>* notes);
 
+/// Where most files have one and the same stamp, that says nothing: they are taken to be 1/30 s apart as they are
+/// listed. Returns whether that was so.
+bool spread_equal_stamps(std::vector<StampedFile>* files);
+
 /// Order of time, one file a stamp. `what` names the files in notes.
 void sort_and_thin(const std::string& what, std::vector<StampedFile>* files, std::vector<std::string>* notes);
 
@@ -60,6 +64,9 @@ Nanoseconds max_difference(const SequenceOptions& options);
 
 /// Order in which people count: runs of digits compare as numbers, so 2 comes before 10.
 bool natural_less(const std::string& a, const std::string& b);
+
+/// The camera and the unit of depth that the recording's own files tell, in place of the format's.
+void take_recorded_camera(SequenceList* list);
 
 /// groundtruth.txt, or ICL-NUIM's traj3.gt.freiburg; else empty.
 std::string find_groundtruth(const std::filesystem::path& folder);

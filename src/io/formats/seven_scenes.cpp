@@ -28,6 +28,7 @@ bool list_sequence_folder(const SequenceOptions& options, SequenceList* list) {
   list->depth_scale = 1000;
   list->depth_scale_source = "the format's own (7-Scenes, millimetres)";
   list->saturated_is_invalid = true;
+  take_recorded_camera(list);
   if (has_color)
     list->notes.emplace_back("7-Scenes' colour images are not registered to depth; colours lie a few pixels off");
   if (!seven_scenes_files(list->folder, ".pose.txt").empty()) list->groundtruth = list->folder;

@@ -18,9 +18,15 @@ constexpr const char* kAssociationsAdvice = "write each line as: seconds depth-f
 void list_stamped_files(const SequenceOptions& options, SequenceList* list) {
   const fs::path folder = list->folder;
   std::vector<StampedFile> depth = read_list(folder, "depth.txt", &list->notes), color;
+  const bool equal = spread_equal_stamps(&depth);
+  if (equal)
+    list->warnings.push_back(
+        {"most images in depth.txt have the same stamp; they are taken to be 1/30 s apart, a guess",
+         "Write each image's time in seconds into depth.txt."});
   keep_depth((folder / "depth.txt").string(), &depth, &list->notes);
   if (options.color && is_file(folder / "rgb.txt")) {
     color = read_list(folder, "rgb.txt", &list->notes);
+    if (equal) spread_equal_stamps(&color);
     keep_color(&color, &list->notes);
   }
   list->entries = join(depth, color, max_difference(options), &list->notes);
@@ -145,6 +151,7 @@ bool list_tum_or_icl(const SequenceOptions& options, SequenceList* list) {
     return false;
   }
   is_icl ? describe_as_icl(list) : describe_as_tum(list);
+  take_recorded_camera(list);
   list->groundtruth = find_groundtruth(folder);
   return true;
 }
