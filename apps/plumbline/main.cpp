@@ -40,6 +40,7 @@ int run(int argc, char** argv) {
   const std::string line = command_text({argv, argv + argc});
   add_run_command(app, chosen, line);
   add_info_command(app, chosen);
+  add_convert_command(app, chosen);
   add_angles_command(app, chosen, line);
   add_calibrate_command(app, chosen, line);
   add_eval_command(app, chosen);

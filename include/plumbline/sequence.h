@@ -1,7 +1,7 @@
 // Sequences of depth (and colour) frames on disk, whatever their layout, as one thing to read from.
 //
-// The layouts: TUM RGB-D (Sturm et al. 2012), ICL-NUIM (Handa et al. 2014), 7-Scenes (Shotton et al. 2013), a plain
-// folder of depth images, and recordings in one file: Azure Kinect's (.mkv) and ROS 1's (.bag).
+// The layouts are those of docs/formats.md: data sets' folders, what scanning apps and cameras' recorders write, plain
+// folders of depth images, and recordings in one file.
 #pragma once
 
 #include <memory>
@@ -14,6 +14,7 @@
 #include "plumbline/imu.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline {
 
@@ -28,23 +29,34 @@ struct SequenceOptions {
   double max_time_difference = 0.02;     ///< s, between a depth image and its colour image
   std::string depth_topic, color_topic;  ///< of a ROS bag; empty: those that fit best
   DepthDistortion depth_distortion;      ///< taken out of the depth; empty: none
+  int min_confidence = 1;  ///< readings whose confidence image has less are left out; 1: those of the lowest level, 0
+  bool strict = false;     ///< a warning is an error
+};
+
+/// Something in a recording that does not add up, although it can be read.
+struct Warning {
+  std::string what;        ///< one sentence, with the figures
+  std::string what_to_do;  ///< one sentence
 };
 
 /// What was found, in values and in words for the user.
 struct SequenceInfo {
-  std::string path;        ///< as given
-  std::string format;      ///< "TUM RGB-D", "ICL-NUIM", "7-Scenes", "depth images", "Azure Kinect recording", "ROS bag"
-  Pinhole camera;          ///< of the frames that read() gives
-  Distortion distortion;   ///< of the images on disk; gone from the frames if options.undistort
-  double depth_scale = 0;  ///< readings per metre
+  std::string path;           ///< as given
+  std::string format;         ///< "TUM RGB-D", "StrayScanner", "depth images", "ROS bag", …: see docs/formats.md
+  Pinhole camera;             ///< of the frames that read() gives
+  Distortion distortion;      ///< of the images on disk; gone from the frames if options.undistort
+  double depth_scale = 0;     ///< readings per metre
   std::string camera_source;  ///< where the camera comes from
   std::string depth_scale_source;
-  int frames = 0;        ///< depth frames
-  int color_frames = 0;  ///< those of them that have colour
+  bool camera_is_guess = false;       ///< neither given nor told by the recording
+  bool depth_scale_is_guess = false;  ///< the same
+  int frames = 0;                     ///< depth frames
+  int color_frames = 0;               ///< those of them that have colour
   Nanoseconds first_time = 0, last_time = 0;
-  std::string groundtruth;                               ///< a path for read_trajectory, or empty
+  std::string groundtruth;                               ///< where Sequence::read_groundtruth() reads it, or empty
   std::optional<Eigen::Matrix3d> body_from_camera = {};  ///< of the recording's IMU, by its calibration
   std::vector<std::string> notes;                        ///< what the user should know, a sentence each
+  std::vector<Warning> warnings = {};                    ///< what does not add up
 };
 
 /// Frames in order of time. All members may be called from several threads at once.
@@ -67,18 +79,24 @@ class Sequence {
   /// the folder; without samples where there is none. Throws Error if they cannot be read.
   virtual ImuRecording read_imu(std::vector<std::string>* notes = nullptr) const = 0;
 
+  /// The true poses, world_from_camera, on the frames' clock; empty where info().groundtruth is. Throws Error if they
+  /// cannot be read.
+  virtual Trajectory read_groundtruth(std::vector<std::string>* notes = nullptr) const;
+
  protected:
   /// `times` in ascending order; frames and times of `info` follow from it.
   Sequence(SequenceInfo info, std::vector<Nanoseconds> times);
 
  private:
+  friend std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options);
+
   SequenceInfo info_;
   std::vector<Nanoseconds> times_;
 };
 
 /// Finds out the layout of the folder or file at `path`, its frames and its camera, and checks the first images. Throws
 /// Error if there is no such folder or file, it holds no frames, a list is malformed, the camera is unknown or does not
-/// fit the images.
+/// fit the images, and with `strict` if there is a warning.
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options = {});
 
 /// The same sequence with that distortion taken out of its depth, which its notes then say. Throws Error for images of

@@ -24,7 +24,7 @@ PathTracker::PathTracker(const Sequence& sequence, const CalibrationOptions& opt
 CameraPath PathTracker::track(const std::vector<int>& frames, const DepthDistortion& distortion,
                               DepthCalibration* calibration) {
   Pipeline pipeline(options_.parameters, sequence_.info().camera, *backend_);
-  Prefetcher reader(sequence_, frames);
+  ReadableFrames reader(sequence_, frames);
   CameraPath path;
   while (std::optional<Frame> frame = reader.next()) {
     if (options_.stopping && options_.stopping()) throw Error("interrupted", sequence_.info().path, "");

@@ -1,7 +1,9 @@
 #include "io/image_file.h"
 
 #include "io/jpeg.h"
+#include "io/plain_depth.h"
 #include "io/text_file.h"
+#include "io/tiff.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
@@ -9,7 +11,18 @@ namespace {
 
 [[noreturn]] void fail_unknown(const std::string& bytes, const std::string& path) {
   if (bytes.empty()) throw Error("the image file is empty", path, "copy or download the file again");
-  throw Error("is neither a PNG nor a JPEG", path, "give images in one of these formats");
+  throw Error("is neither a PNG nor a JPEG, and no TIFF, PGM or NPY of depth", path,
+              "give images in one of these formats");
+}
+
+/// Values times `unit`, rounded; 0 for those that are no depth.
+DepthImage readings_of(const Image<float>& values, double unit) {
+  DepthImage depth(values.width, values.height);
+  for (std::size_t i = 0; i < values.pixels.size(); ++i) {
+    const double reading = values.pixels[i] * unit + 0.5;
+    depth.pixels[i] = reading >= 1 && reading < 65536 ? static_cast<std::uint16_t>(reading) : std::uint16_t{0};
+  }
+  return depth;
 }
 
 }  // namespace
@@ -18,12 +31,20 @@ ImageHeader read_image_header(const std::string& path) {
   const std::string bytes = read_file(path);
   if (is_png(bytes)) return read_png_header(bytes, path);
   if (is_jpeg(bytes)) return read_jpeg_header(bytes, path);
+  if (is_tiff(bytes)) return read_tiff_header(bytes, path);
+  if (is_pgm(bytes)) return read_pgm_header(bytes, path);
+  if (is_npy(bytes)) return read_npy_header(bytes, path);
   fail_unknown(bytes, path);
 }
 
-DepthImage read_depth_image(const std::string& path) {
+DepthImage read_depth_image(const std::string& path, double float_unit) {
   const std::string bytes = read_file(path);
   if (is_png(bytes)) return decode_depth_png(bytes, path);
+  if (is_tiff(bytes))
+    return readings_of(decode_depth_tiff(bytes, path), read_tiff_header(bytes, path).is_float ? float_unit : 1);
+  if (is_pgm(bytes)) return readings_of(decode_depth_pgm(bytes, path), 1);
+  if (is_npy(bytes))
+    return readings_of(decode_depth_npy(bytes, path), read_npy_header(bytes, path).is_float ? float_unit : 1);
   if (is_jpeg(bytes))
     throw Error("is a JPEG, where 16-bit grey depth is expected", path, "give depth as 16-bit greyscale PNG files");
   fail_unknown(bytes, path);
@@ -33,7 +54,8 @@ ColorImage read_color_image(const std::string& path) {
   const std::string bytes = read_file(path);
   if (is_png(bytes)) return decode_color_png(bytes, path);
   if (is_jpeg(bytes)) return decode_jpeg(bytes, path);
-  fail_unknown(bytes, path);
+  if (bytes.empty()) fail_unknown(bytes, path);
+  throw Error("is neither a PNG nor a JPEG", path, "give colour in one of these formats");
 }
 
 }  // namespace plumbline

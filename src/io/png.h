@@ -14,7 +14,8 @@ struct ImageHeader {
   int width = 0, height = 0;
   int bit_depth = 0;        ///< bits a channel
   std::string description;  ///< "16-bit grey PNG", "8-bit RGB PNG", "JPEG" …
-  bool is_depth = false;    ///< 16-bit grey with nothing beside it
+  bool is_depth = false;    ///< 16-bit grey with nothing beside it, or real numbers
+  bool is_float = false;    ///< real numbers
 };
 
 bool is_png(std::string_view bytes);

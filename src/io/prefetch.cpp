@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "plumbline/error.h"
+
 namespace plumbline {
 namespace {
 
@@ -44,6 +46,25 @@ std::optional<Frame> Prefetcher::next() {
   decode_milliseconds_ = item.milliseconds;
   if (item.error) std::rethrow_exception(item.error);
   return std::move(item.frame);
+}
+
+std::optional<Frame> ReadableFrames::next() {
+  constexpr std::size_t kPatience = 20;
+  const auto most_are_bad = [&] { return skipped_.size() > good_; };
+  while (!most_are_bad() || skipped_.size() <= kPatience) {
+    std::optional<Frame> frame;
+    try {
+      frame = frames_.next();
+    } catch (const Error& error) {
+      if (!first_failure_) first_failure_ = std::current_exception();
+      skipped_.emplace_back(error.what());
+      continue;
+    }
+    if (frame) ++good_;
+    if (frame || !most_are_bad()) return frame;
+    break;
+  }
+  std::rethrow_exception(first_failure_);
 }
 
 Prefetcher::Item Prefetcher::decode(int index) const {

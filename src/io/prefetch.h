@@ -6,6 +6,7 @@
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -54,6 +55,27 @@ class Prefetcher {
   std::deque<Item> ready_;  // guarded by mutex_
   bool stopping_ = false;   // guarded by mutex_
   std::thread thread_;      // last: starts when all else stands
+};
+
+/// The frames of a Prefetcher that can be read: a damaged one costs itself alone.
+class ReadableFrames {
+ public:
+  ReadableFrames(const Sequence& sequence, std::vector<int> indices) : frames_(sequence, std::move(indices)) {}
+
+  /// As Prefetcher::next(), but what cannot be read is skipped. Throws the first Error of a frame once more than
+  /// twenty are bad and most are, and at the end if most were.
+  std::optional<Frame> next();
+
+  /// Why each of the skipped frames could not be read, in their order.
+  const std::vector<std::string>& skipped() const { return skipped_; }
+  double decode_milliseconds() const { return frames_.decode_milliseconds(); }
+  double wait_milliseconds() const { return frames_.wait_milliseconds(); }
+
+ private:
+  std::size_t good_ = 0;
+  std::exception_ptr first_failure_;
+  std::vector<std::string> skipped_;
+  Prefetcher frames_;
 };
 
 }  // namespace plumbline

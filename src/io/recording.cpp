@@ -5,8 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -15,6 +13,7 @@
 #include "io/containers/matroska.h"
 #include "io/containers/message_store.h"
 #include "io/containers/rosbag.h"
+#include "io/known_formats.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
@@ -46,29 +45,9 @@ std::string RandomAccessFile::read(std::uint64_t offset, std::size_t size) const
 
 namespace {
 
-/// Formats that are known and not read.
-struct Foreign {
-  std::string_view extension, what, advice;
-};
-constexpr std::array<Foreign, 8> kForeign = {{
-    {".oni", "a recording of OpenNI",
-     "play it with OpenNI2's tools and record depth and colour as PNG files, or play it through `plumbline record`"},
-    {".klg", "a log of Kintinuous or ElasticFusion", "unpack it with klg2png or klg_to_png into depth/ and rgb/"},
-    {".r3d", "a recording of Record3D", "unpack it (it is a zip file), or export it in the app as RGBD + intrinsics"},
-    {".xef", "a recording of the Kinect for Windows 2",
-     "unpack it with KinectXEFTools (xef2mat, xefextract) into images"},
-    {".svo", "a recording of a ZED camera", "export depth and colour as PNG files with ZED_SVO_Export"},
-    {".svo2", "a recording of a ZED camera", "export depth and colour as PNG files with ZED_SVO_Export"},
-    {".zstd", "packed as a whole", "unpack it with `zstd -d`"},
-    {".active", "a bag that was not closed", "rename it to .bag, or repair it with `rosbag reindex`"},
-}};
-
 [[noreturn]] void refuse(const std::string& path, std::string_view first_bytes) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  for (const Foreign& format : kForeign)
-    if (extension == format.extension)
-      throw Error(fmt::format("is {}, which is not read", format.what), path, std::string(format.advice));
+  if (const auto known = known_unread_format(path))
+    throw Error("is " + known->what + ", which is not read", path, known->how_to_convert);
   if (first_bytes.starts_with("#ROSBAG V1"))
     throw Error("is no recording that can be read: a bag of the old format 1", path, "convert it with `rosbag fix`");
   throw Error("is no recording that can be read", path,

@@ -3,15 +3,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <exception>
 #include <filesystem>
+#include <functional>
+#include <optional>
 
 #include "core/undistort.h"
 #include "io/camera.h"
 #include "io/image_file.h"
 #include "io/imu_file.h"
+#include "io/plausibility.h"
+#include "io/recorded_camera.h"
 #include "io/recording.h"
+#include "io/registration.h"
 #include "io/sequence_list.h"
+#include "io/trajectory.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
@@ -25,25 +33,28 @@ constexpr Nanoseconds kLongGap = kNanosecondsPerSecond / 2;
 /// Frames in files, of any layout: these differ only in how the list and the camera are found.
 class FileSequence : public Sequence {
  public:
-  FileSequence(SequenceInfo found, const SequenceList& list, std::vector<Nanoseconds> times, bool undistort)
+  FileSequence(SequenceInfo found, const SequenceList& list, std::vector<Nanoseconds> times,
+               const SequenceOptions& options, double float_unit)
       : Sequence(std::move(found), std::move(times)),
         folder_(list.folder),
         entries_(list.entries),
+        read_truth_(list.read_truth),
+        float_unit_(float_unit),
+        min_confidence_(options.min_confidence),
         saturated_is_invalid_(list.saturated_is_invalid),
-        undistorter_(info().camera, undistort ? info().distortion : Distortion{}) {}
+        bits_are_rotated_(list.bits_are_rotated),
+        undistorter_(info().camera, options.undistort ? info().distortion : Distortion{}) {
+    if (list.color_camera && *list.color_camera != info().camera)
+      registration_ = ColorRegistration{info().camera, *list.color_camera, {}, {}};
+  }
 
   Frame read(int index) const override {
     if (index < 0 || index >= size())
       throw Error(fmt::format("there is no frame {} among {}", index, size()), info().path, "count frames from 0");
     const SequenceEntry& entry = entries_[static_cast<std::size_t>(index)];
-    Frame frame{index, entry.time, read_depth_image(entry.depth), info().depth_scale, {}};
-    check_size(frame.depth.width, frame.depth.height, entry.depth);
-    if (saturated_is_invalid_) std::replace(frame.depth.pixels.begin(), frame.depth.pixels.end(), kSaturated, kNone);
+    Frame frame{index, entry.time, read_depth(entry), info().depth_scale, {}};
     undistorter_.apply(frame.depth);
-    if (entry.color.empty()) return frame;
-    frame.color = read_color_image(entry.color);
-    check_size(frame.color.width, frame.color.height, entry.color);
-    undistorter_.apply(frame.color);
+    if (!entry.color.empty()) frame.color = read_color(entry, frame);
     return frame;
   }
 
@@ -56,11 +67,47 @@ class FileSequence : public Sequence {
     return {};
   }
 
+  Trajectory read_groundtruth(std::vector<std::string>* notes) const override {
+    return read_truth_ ? read_truth_(notes) : Sequence::read_groundtruth(notes);
+  }
+
  private:
   static constexpr std::uint16_t kSaturated = 65535, kNone = 0;
 
+  DepthImage read_depth(const SequenceEntry& entry) const {
+    DepthImage depth = read_depth_image(entry.depth, float_unit_);
+    check_size(depth.width, depth.height, entry.depth);
+    if (bits_are_rotated_)
+      for (std::uint16_t& reading : depth.pixels) reading = std::rotr(reading, 3);
+    if (saturated_is_invalid_) std::replace(depth.pixels.begin(), depth.pixels.end(), kSaturated, kNone);
+    if (!entry.confidence.empty() && min_confidence_ > 0) drop_doubtful(entry.confidence, &depth);
+    return depth;
+  }
+
+  /// Leaves out readings below the level. A confidence image that cannot be read costs the frame.
+  void drop_doubtful(const std::string& file, DepthImage* depth) const {
+    const ColorImage confidence = read_color_image(file);
+    check_size(confidence.width, confidence.height, file);
+    for (std::size_t i = 0; i < depth->pixels.size(); ++i)
+      if (confidence.pixels[3 * i] < min_confidence_) depth->pixels[i] = kNone;
+  }
+
+  ColorImage read_color(const SequenceEntry& entry, const Frame& frame) const {
+    ColorImage color = read_color_image(entry.color);
+    if (registration_) {
+      check_size(color.width, color.height, entry.color, registration_->color);
+      return registration_->apply(frame.depth, frame.depth_scale, color);
+    }
+    check_size(color.width, color.height, entry.color);
+    undistorter_.apply(color);
+    return color;
+  }
+
   void check_size(int width, int height, const std::string& file) const {
-    const Pinhole& camera = info().camera;
+    check_size(width, height, file, info().camera);
+  }
+
+  static void check_size(int width, int height, const std::string& file, const Pinhole& camera) {
     if (width != camera.width || height != camera.height)
       throw Error(
           fmt::format("is {}x{}, but the sequence's images are {}x{}", width, height, camera.width, camera.height),
@@ -69,29 +116,82 @@ class FileSequence : public Sequence {
 
   std::string folder_;
   std::vector<SequenceEntry> entries_;
-  bool saturated_is_invalid_;
+  std::function<Trajectory(std::vector<std::string>* notes)> read_truth_;
+  double float_unit_;
+  int min_confidence_;
+  bool saturated_is_invalid_, bits_are_rotated_;
+  std::optional<ColorRegistration> registration_;  ///< of colour with a camera of its own
   Undistorter undistorter_;
 };
 
-ImageHeader first_depth_header(const SequenceList& list) {
-  const std::string& path = list.entries.front().depth;
-  ImageHeader header = read_image_header(path);
-  if (!header.is_depth)
-    throw Error("16-bit grey depth is expected, but the file is: " + header.description, path,
-                "give the depth images themselves, not colour images or pictures made from depth");
-  return header;
+/// What most of a dozen depth images are, so that a bad one costs only its frame. Throws what is wrong with the first
+/// if none is depth.
+ImageHeader common_depth_header(const SequenceList& list) {
+  constexpr std::size_t kLooks = 12;
+  std::vector<std::pair<ImageHeader, int>> kinds;
+  std::exception_ptr failure;
+  const std::size_t count = list.entries.size(), step = std::max<std::size_t>(count / kLooks, 1);
+  // Those in between are looked at only where none of the dozen can be read.
+  for (std::size_t pass = 0; pass < step && kinds.empty(); ++pass)
+    for (std::size_t i = pass; i < count; i += step) try {
+        const ImageHeader header = read_image_header(list.entries[i].depth);
+        if (!header.is_depth)
+          throw Error("16-bit grey depth is expected, but the file is: " + header.description, list.entries[i].depth,
+                      "give the depth images themselves, not colour images or pictures made from depth");
+        const auto known = std::find_if(kinds.begin(), kinds.end(), [&](const auto& kind) {
+          return kind.first.width == header.width && kind.first.height == header.height;
+        });
+        if (known == kinds.end()) kinds.emplace_back(header, 1);
+        if (known != kinds.end()) ++known->second;
+      } catch (const Error&) {
+        if (!failure) failure = std::current_exception();
+      }
+  if (kinds.empty()) std::rethrow_exception(failure);
+  return std::max_element(kinds.begin(), kinds.end(), [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
 }
 
-/// Colour of another size cannot be registered to depth.
-void drop_unfit_color(const ImageHeader& depth, SequenceList* list) {
-  const auto first = std::find_if(list->entries.begin(), list->entries.end(),
-                                  [](const SequenceEntry& entry) { return !entry.color.empty(); });
-  if (first == list->entries.end()) return;
-  const ImageHeader color = read_image_header(first->color);
-  if (color.width == depth.width && color.height == depth.height) return;
+void drop_color(SequenceList* list, const std::string& reason) {
   for (SequenceEntry& entry : list->entries) entry.color.clear();
-  list->notes.push_back(fmt::format("the colour images are {}x{} and depth is {}x{}; going on without colour",
-                                    color.width, color.height, depth.width, depth.height));
+  list->color_camera.reset();
+  list->notes.push_back("colour is not used, because " + reason);
+}
+
+/// The header of the first colour image that can be read; all zero if none of the first dozen can.
+ImageHeader first_color_header(const SequenceList& list) {
+  int looks = 0;
+  for (const SequenceEntry& entry : list.entries) {
+    if (entry.color.empty() || ++looks > 12) continue;
+    try {
+      return read_image_header(entry.color);
+    } catch (const Error&) {  // its frame will tell
+    }
+  }
+  return {};
+}
+
+/// Colour of another size is registered where both cameras are known and share their place, else left out.
+void settle_color(const ImageHeader& depth, SequenceList* list) {
+  const ImageHeader color = first_color_header(*list);
+  if (color.width == 0) return;
+  const bool same_size = color.width == depth.width && color.height == depth.height;
+  if (list->color_camera) {
+    list->color_camera = scaled_to(*list->color_camera, color.width, color.height);
+    if (list->color_camera && same_size) return;
+    if (list->color_camera)
+      list->notes.push_back(
+          fmt::format("colour of {}x{} is sampled at the depth's {}x{} pixels, by the intrinsics of both", color.width,
+                      color.height, depth.width, depth.height));
+    if (!list->color_camera)
+      drop_color(list, fmt::format("its {}x{} images are not of the shape that its intrinsics belong to", color.width,
+                                   color.height));
+    return;
+  }
+  if (!same_size)
+    drop_color(list,
+               fmt::format("the colour images are {}x{} and depth is {}x{}, and how the two cameras stand to each "
+                           "other is not known",
+                           color.width, color.height, depth.width, depth.height));
 }
 
 void note_gaps(const SequenceList& list, std::vector<std::string>* notes) {
@@ -108,12 +208,36 @@ void note_gaps(const SequenceList& list, std::vector<std::string>* notes) {
                                  gaps == 1 ? "" : "s", to_seconds(longest), after));
 }
 
-void set_depth_scale(const SequenceOptions& options, const SequenceList& list, SequenceInfo* info) {
-  info->depth_scale = options.depth_scale.value_or(list.depth_scale);
+void set_depth_scale(const SequenceOptions& options, const SequenceList& list, const ImageHeader& depth,
+                     SequenceInfo* info) {
+  info->depth_scale = options.depth_scale.value_or(depth.is_float ? 1 : list.depth_scale);
   info->depth_scale_source = options.depth_scale ? "given" : list.depth_scale_source;
+  info->depth_scale_is_guess = !options.depth_scale && list.depth_scale_is_guess && !depth.is_float;
   if (!std::isfinite(info->depth_scale) || info->depth_scale <= 0)
     throw Error(fmt::format("a depth scale of {} readings per metre is impossible", info->depth_scale), "depth_scale",
                 "give readings per metre, such as 5000 (TUM) or 1000 (millimetres)");
+  if (!depth.is_float) return;
+  info->depth_scale_source +=
+      fmt::format("{}{:g} in the files is a metre ({}), kept as {:g} readings", options.depth_scale ? ": " : "",
+                  info->depth_scale, depth.description, kReadingsOfFloat);
+  info->depth_scale = kReadingsOfFloat;
+}
+
+/// The camera that came with the frames, at the depth's size. Throws Error if it is one of images of another shape.
+std::optional<CameraChoice> fitting_camera(const SequenceList& list, const ImageHeader& depth) {
+  if (!list.camera || list.camera->camera.width == 0) return list.camera;
+  CameraChoice choice = *list.camera;
+  const Pinhole& known = choice.camera;
+  if (known.width == depth.width && known.height == depth.height) return choice;
+  const auto scaled = scaled_to(known, depth.width, depth.height);
+  if (!scaled)
+    throw Error(fmt::format("the camera ({}) is one of {}x{} images, but depth is {}x{}, of another shape",
+                            choice.source, known.width, known.height, depth.width, depth.height),
+                list.folder, "give the intrinsics of the depth images with --intrinsics fx,fy,cx,cy");
+  choice.source +=
+      fmt::format(", scaled from {}x{} to the depth's {}x{}", known.width, known.height, depth.width, depth.height);
+  choice.camera = *scaled;
+  return choice;
 }
 
 void set_camera(const SequenceOptions& options, const CameraClues& clues, SequenceInfo* info) {
@@ -121,9 +245,21 @@ void set_camera(const SequenceOptions& options, const CameraClues& clues, Sequen
   info->camera = choice.camera;
   info->distortion = choice.distortion;
   info->camera_source = choice.source;
+  info->camera_is_guess = choice.is_guess;
   if (choice.is_guess)
     info->notes.emplace_back(
-        "the camera is not known; the Kinect's default intrinsics are used, which may cost accuracy");
+        "the camera is not known; the Kinect's default intrinsics are used, a guess which may cost accuracy");
+}
+
+void note_confidence(const SequenceOptions& options, const SequenceList& list, std::vector<std::string>* notes) {
+  const auto with = std::count_if(list.entries.begin(), list.entries.end(),
+                                  [](const SequenceEntry& entry) { return !entry.confidence.empty(); });
+  if (with == 0) return;
+  notes->push_back(
+      options.min_confidence > 0
+          ? fmt::format("readings of a confidence below {} are left out ({} frames have a confidence image)",
+                        options.min_confidence, with)
+          : "the confidence images are not used, because the lowest level is 0");
 }
 
 SequenceInfo describe(const std::string& path, const SequenceOptions& options, const SequenceList& list,
@@ -133,12 +269,17 @@ SequenceInfo describe(const std::string& path, const SequenceOptions& options, c
   info.format = list.format;
   info.groundtruth = list.groundtruth;
   info.notes = list.notes;
+  info.warnings = list.warnings;
   info.color_frames = static_cast<int>(std::count_if(list.entries.begin(), list.entries.end(),
                                                      [](const SequenceEntry& entry) { return !entry.color.empty(); }));
-  set_depth_scale(options, list, &info);
-  set_camera(options, {list.folder, list.format_camera, list.format_camera_is_guess, depth.width, depth.height, {}},
+  info.body_from_camera = list.body_from_camera;
+  set_depth_scale(options, list, depth, &info);
+  set_camera(options,
+             {list.folder, list.format_camera, list.format_camera_is_guess, depth.width, depth.height,
+              fitting_camera(list, depth)},
              &info);
   note_gaps(list, &info.notes);
+  note_confidence(options, list, &info.notes);
   return info;
 }
 
@@ -157,6 +298,9 @@ class UndistortedDepthSequence : public Sequence {
   }
 
   ImuRecording read_imu(std::vector<std::string>* notes) const override { return measured_->read_imu(notes); }
+  Trajectory read_groundtruth(std::vector<std::string>* notes) const override {
+    return measured_->read_groundtruth(notes);
+  }
 
  private:
   static SequenceInfo noted(const Sequence& measured, const DepthDistortion& distortion) {
@@ -178,12 +322,13 @@ class UndistortedDepthSequence : public Sequence {
 std::unique_ptr<Sequence> open_as_measured(const std::string& path, const SequenceOptions& options) {
   if (is_recording(path)) return open_recording(path, options);
   SequenceList list = list_sequence(path, options);
-  const ImageHeader depth = first_depth_header(list);
-  drop_unfit_color(depth, &list);
+  const ImageHeader depth = common_depth_header(list);
+  settle_color(depth, &list);
   SequenceInfo info = describe(path, options, list, depth);
   std::vector<Nanoseconds> times;
   for (const SequenceEntry& entry : list.entries) times.push_back(entry.time);
-  return std::make_unique<FileSequence>(std::move(info), list, std::move(times), options.undistort);
+  const double float_unit = kReadingsOfFloat / options.depth_scale.value_or(1);
+  return std::make_unique<FileSequence>(std::move(info), list, std::move(times), options, float_unit);
 }
 
 }  // namespace
@@ -195,8 +340,16 @@ Sequence::Sequence(SequenceInfo info, std::vector<Nanoseconds> times)
   info_.last_time = times_.empty() ? 0 : times_.back();
 }
 
+Trajectory Sequence::read_groundtruth(std::vector<std::string>* notes) const {
+  return info_.groundtruth.empty() ? Trajectory{} : read_trajectory(info_.groundtruth, notes);
+}
+
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options) {
   std::unique_ptr<Sequence> sequence = open_as_measured(path, options);
+  const std::vector<Warning> warnings = check_plausibility(*sequence);
+  sequence->info_.warnings.insert(sequence->info_.warnings.end(), warnings.begin(), warnings.end());
+  if (options.strict && !sequence->info_.warnings.empty())
+    throw Error(sequence->info_.warnings.front().what, path, sequence->info_.warnings.front().what_to_do);
   if (options.depth_distortion.empty()) return sequence;
   return without_depth_distortion(std::move(sequence), options.depth_distortion);
 }

@@ -1,17 +1,22 @@
 // The files of a sequence's frames, found in each of the layouts.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "io/camera.h"
 #include "plumbline/sequence.h"
 #include "plumbline/time.h"
+#include "plumbline/trajectory.h"
 
 namespace plumbline {
 
 struct SequenceEntry {
-  Nanoseconds time = 0;      ///< of the depth image
-  std::string depth, color;  ///< paths; color may be empty
+  Nanoseconds time = 0;           ///< of the depth image
+  std::string depth, color = {};  ///< paths; color may be empty
+  std::string confidence = {};    ///< path of an image of the depth's size, or empty
 };
 
 struct SequenceList {
@@ -19,13 +24,20 @@ struct SequenceList {
   std::string format;
   std::vector<SequenceEntry> entries;  ///< by time, at least one, depth files exist
   std::string groundtruth;
-  std::string format_camera;  ///< see CameraClues
+  std::function<Trajectory(std::vector<std::string>* notes)> read_truth;  ///< poses that are no file of their own form
+  std::optional<CameraChoice> camera;   ///< that came with the frames, of any size: scaled to the depth's
+  std::optional<Pinhole> color_camera;  ///< of the colour images, at the depth camera's place; empty: the depth's own
+  std::string format_camera;            ///< see CameraClues
   bool format_camera_is_guess = false;
   double depth_scale = 0;  ///< the format's own
   std::string depth_scale_source;
-  bool saturated_is_invalid = false;      ///< a reading of 65535 means none
-  bool stamps_are_frame_numbers = false;  ///< one second a frame says nothing about gaps
+  bool depth_scale_is_guess = false;
+  bool saturated_is_invalid = false;                ///< a reading of 65535 means none
+  bool bits_are_rotated = false;                    ///< SUN3D: the readings' bits stand three places to the left
+  bool stamps_are_frame_numbers = false;            ///< one second a frame says nothing about gaps
+  std::optional<Eigen::Matrix3d> body_from_camera;  ///< of the IMU whose readings lie beside the frames
   std::vector<std::string> notes;
+  std::vector<Warning> warnings;
 };
 
 /// Throws Error if the folder is none of the layouts, or holds no frames.

@@ -17,9 +17,12 @@
 #include "io/containers/kinect_calibration.h"
 #include "io/mesh.h"
 #include "io/orientation_file.h"
+#include "io/plain_depth.h"
 #include "io/png.h"
 #include "io/containers/ros_messages.h"
+#include "io/recorded_camera.h"
 #include "io/sequence_list.h"
+#include "io/tiff.h"
 #include "io/trajectory.h"
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
@@ -97,6 +100,16 @@ void camera(std::string_view bytes) {
   choose_camera({}, {folder.with("camera-intrinsics.txt", bytes), "", false, 640, 480, {}});
 }
 
+void tiff(std::string_view bytes) {
+  read_tiff_header(bytes, "x");
+  decode_depth_tiff(bytes, "x");
+}
+
+void plain_depth(std::string_view bytes) {
+  if (is_pgm(bytes)) decode_depth_pgm(bytes, "x");
+  if (is_npy(bytes)) decode_depth_npy(bytes, "x");
+}
+
 void png(std::string_view bytes) {
   read_png_header(bytes, "x");
   try {
@@ -169,7 +182,9 @@ const std::vector<Target>& targets() {
       {"db3", db3},
       {"depth_calibration", on_file([](const std::string& path) { read_depth_calibration(path); })},
       {"imu", on_file([](const std::string& path) { read_imu(path); })},
+      {"info_camera", on_file([](const std::string& path) { read_info_camera(path); })},
       {"jpeg", jpeg},
+      {"json_camera", on_file([](const std::string& path) { read_json_camera(path); })},
       {"list", [](std::string_view bytes) { list_folder("depth.txt", bytes); }},
       {"mcap", open_and_read},
       {"mkv", open_and_read},
@@ -177,9 +192,13 @@ const std::vector<Target>& targets() {
       {"obj", on_file([](const std::string& path) { read_obj(path); })},
       {"orientation", on_file([](const std::string& path) { read_orientations(path, {}); })},
       {"ply", on_file([](const std::string& path) { read_ply(path); })},
+      {"plain_depth", plain_depth},
       {"png", png},
+      {"text_camera", on_file([](const std::string& path) { read_text_camera(path); })},
+      {"tiff", tiff},
       {"toml", toml},
-      {"trajectory", on_file([](const std::string& path) { read_trajectory(path); })}};
+      {"trajectory", on_file([](const std::string& path) { read_trajectory(path); })},
+      {"yaml_camera", on_file([](const std::string& path) { read_yaml_camera(path); })}};
   return list;
 }
 

@@ -20,6 +20,7 @@ constexpr int kExitUsage = 2;
 /// `command_line` is told in the summary of the run.
 void add_run_command(CLI::App& app, Command& chosen, const std::string& command_line);
 void add_info_command(CLI::App& app, Command& chosen);
+void add_convert_command(CLI::App& app, Command& chosen);
 void add_angles_command(CLI::App& app, Command& chosen, const std::string& command_line);
 void add_calibrate_command(CLI::App& app, Command& chosen, const std::string& command_line);
 void add_eval_command(CLI::App& app, Command& chosen);

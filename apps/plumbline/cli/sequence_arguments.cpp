@@ -32,6 +32,12 @@ void add_sequence_arguments(CLI::App& command, SequenceArguments& arguments, boo
   command.add_option("--depth-topic", arguments.depth_topic, "Of a ROS bag (default: the one that fits best)")
       ->type_name("TOPIC");
   command.add_option("--color-topic,--colour-topic", arguments.color_topic, "The same for colour")->type_name("TOPIC");
+  command
+      .add_option("--min-confidence", arguments.min_confidence,
+                  "Leave out readings whose confidence image has less (default 1: those of the lowest level; 0: none)")
+      ->check(CLI::Range(0, 255))
+      ->type_name("LEVEL");
+  command.add_flag("--strict", arguments.strict, "Stop where something in the recording does not add up");
   command.add_flag("--no-color,--no-colour", arguments.no_color, "Do not read colour");
 }
 
@@ -43,6 +49,8 @@ SequenceOptions sequence_options(const SequenceArguments& arguments) {
   options.undistort = !arguments.no_undistort;
   options.depth_scale = arguments.depth_scale;
   options.color = !arguments.no_color;
+  options.min_confidence = arguments.min_confidence;
+  options.strict = arguments.strict;
   if (!arguments.depth_calibration.empty())
     options.depth_distortion = read_depth_calibration(arguments.depth_calibration);
   if (!arguments.intrinsics.empty()) {

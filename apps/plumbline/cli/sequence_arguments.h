@@ -15,7 +15,8 @@ namespace plumbline::app {
 struct SequenceArguments {
   std::string path, camera, intrinsics, distortion, depth_calibration, depth_topic, color_topic;
   std::optional<double> depth_scale;
-  bool no_undistort = false, no_color = false;
+  int min_confidence = SequenceOptions{}.min_confidence;
+  bool no_undistort = false, no_color = false, strict = false;
 };
 
 void add_sequence_arguments(CLI::App& command, SequenceArguments& arguments, bool sequence_required);

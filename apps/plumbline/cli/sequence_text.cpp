@@ -54,9 +54,12 @@ std::vector<std::string> describe(const Sequence& sequence) {
       fmt::format("frames     {}", frames_text(sequence)),
       fmt::format("camera     {}, {}", camera_text(info.camera), distortion_text(info.distortion)),
       fmt::format("           from {}", info.camera_source),
-      fmt::format("depth      {:g} readings a metre, from {}", info.depth_scale, info.depth_scale_source),
+      fmt::format("depth      {:g} readings a metre, from {}{}", info.depth_scale, info.depth_scale_source,
+                  info.depth_scale_is_guess ? " (a guess)" : ""),
       fmt::format("truth      {}", info.groundtruth.empty() ? "none" : info.groundtruth)};
   for (const std::string& note : info.notes) lines.push_back(fmt::format("note       {}", note));
+  for (const Warning& warning : info.warnings)
+    lines.push_back(fmt::format("warning    {}. {}", warning.what, warning.what_to_do));
   return lines;
 }
 

@@ -1,4 +1,6 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "cli/commands.h"
@@ -6,6 +8,7 @@
 #include "cli/sequence_arguments.h"
 #include "cli/sequence_text.h"
 #include "io/imu_file.h"
+#include "io/png.h"
 #include "plumbline/error.h"
 
 namespace plumbline::app {
@@ -26,7 +29,31 @@ void show_imu(const Sequence& sequence, const std::string& copy) {
   say("written    {}", copy);
 }
 
-int show_info(const SequenceArguments& arguments, const std::string& imu_copy) {
+/// Depth (near is bright, grey; no reading is blue) and colour of the middle frame that can be read, side by side.
+void write_picture(const Sequence& sequence, const std::string& path) {
+  Frame frame;
+  for (int i = sequence.size() / 2; frame.depth.empty(); ++i) try {
+      frame = sequence.read(i);
+    } catch (const Error&) {
+      if (i + 1 >= sequence.size()) throw;
+    }
+  const DepthImage& depth = frame.depth;
+  const int sides = frame.color.empty() ? 1 : 2;
+  ColorImage picture(sides * depth.width, depth.height, 3);
+  for (int y = 0; y < depth.height; ++y)
+    for (int x = 0; x < depth.width; ++x) {
+      const double metres = depth.at(x, y) / frame.depth_scale;
+      const auto grey = static_cast<std::uint8_t>(std::clamp(255 * std::exp(-metres / 4), 20.0, 255.0));
+      for (int c = 0; c < 3; ++c) {
+        picture.at(x, y, c) = metres > 0 ? grey : static_cast<std::uint8_t>(c == 2 ? 120 : 0);
+        if (sides == 2) picture.at(depth.width + x, y, c) = frame.color.at(x, y, c);
+      }
+    }
+  write_color_png(path, picture);
+  say("picture    {}, of frame {}", path, frame.index);
+}
+
+int show_info(const SequenceArguments& arguments, const std::string& imu_copy, const std::string& picture) {
   const auto sequence = open_sequence(arguments.path, sequence_options(arguments));
   for (const std::string& line : describe(*sequence)) say(line);
   const Timing times = timing(*sequence);
@@ -34,6 +61,7 @@ int show_info(const SequenceArguments& arguments, const std::string& imu_copy) {
     say("intervals  {:.1f} ms (median), longest {:.3f} s, {:.2f} s after the start", 1e3 * times.median_interval,
         times.longest_gap, times.longest_gap_start);
   show_imu(*sequence, imu_copy);
+  if (!picture.empty()) write_picture(*sequence, picture);
   return 0;
 }
 
@@ -45,8 +73,12 @@ void add_info_command(CLI::App& app, Command& chosen) {
   add_sequence_arguments(*command, *arguments, true);
   const auto imu_copy = std::make_shared<std::string>();
   command->add_option("--imu", *imu_copy, "Write the inertial sensor's raw readings there, as csv")->type_name("FILE");
-  command->callback(
-      [arguments, imu_copy, &chosen] { chosen = [arguments, imu_copy] { return show_info(*arguments, *imu_copy); }; });
+  const auto picture = std::make_shared<std::string>();
+  command->add_option("--picture", *picture, "Write depth and colour of a frame there, side by side")
+      ->type_name("FILE");
+  command->callback([arguments, imu_copy, picture, &chosen] {
+    chosen = [arguments, imu_copy, picture] { return show_info(*arguments, *imu_copy, *picture); };
+  });
 }
 
 }  // namespace plumbline::app

@@ -36,6 +36,12 @@ std::optional<Frame> FileSource::next(const std::function<bool()>& stopping) {
   return frame;
 }
 
+std::vector<std::string> FileSource::take_messages() {
+  std::vector<std::string> messages;
+  for (; told_ < reader_.skipped().size(); ++told_) messages.push_back("frame skipped: " + reader_.skipped()[told_]);
+  return messages;
+}
+
 std::optional<OrientationStreamOptions> FileSource::orientation() const {
   if (stream_ == nullptr) return std::nullopt;
   return stream_->options();

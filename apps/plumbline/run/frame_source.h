@@ -45,6 +45,8 @@ class FrameSource {
   /// How the sensor's readings are taken; none without a sensor.
   virtual std::optional<OrientationStreamOptions> orientation() const = 0;
   virtual std::optional<LiveCounts> live() const { return std::nullopt; }
+  /// Why frames could not be read and were skipped, a sentence each.
+  virtual std::vector<std::string> skipped() const { return {}; }
   /// What happened since the last call, a sentence each.
   virtual std::vector<std::string> take_messages() { return {}; }
 };
@@ -64,6 +66,8 @@ class FileSource : public FrameSource {
   ReadTimes read_times() const override { return {reader_.wait_milliseconds(), reader_.decode_milliseconds()}; }
   std::optional<OrientationReading> reading() const override { return reading_; }
   std::optional<OrientationStreamOptions> orientation() const override;
+  std::vector<std::string> skipped() const override { return reader_.skipped(); }
+  std::vector<std::string> take_messages() override;
 
  private:
   std::unique_ptr<Sequence> sequence_;
@@ -71,7 +75,8 @@ class FileSource : public FrameSource {
   const OrientationStream* stream_;
   std::vector<std::string> stream_lines_;
   std::optional<OrientationReading> reading_;
-  Prefetcher reader_;  // last: it reads from the sequence
+  std::size_t told_ = 0;   ///< of reader_.skipped()
+  ReadableFrames reader_;  // last: it reads from the sequence
 };
 
 }  // namespace plumbline::app

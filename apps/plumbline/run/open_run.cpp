@@ -57,6 +57,9 @@ class NotedSequence : public Sequence {
 
   Frame read(int index) const override { return sequence_->read(index); }
   ImuRecording read_imu(std::vector<std::string>* notes) const override { return sequence_->read_imu(notes); }
+  Trajectory read_groundtruth(std::vector<std::string>* notes) const override {
+    return sequence_->read_groundtruth(notes);
+  }
 
  private:
   static SequenceInfo noted(SequenceInfo info, const std::string& note) {
@@ -78,8 +81,19 @@ std::unique_ptr<Sequence> open_noted(const ReconstructionOptions& options) {
   return std::make_unique<NotedSequence>(std::move(sequence), options.unused);
 }
 
+/// A damaged companion file is no reason not to reconstruct.
+void read_own_groundtruth(const Sequence& sequence, const ReconstructionOptions& options, Reconstruction* run) {
+  if (!options.groundtruth.empty()) return;
+  try {
+    run->truth = sequence.read_groundtruth();
+  } catch (const Error& error) {
+    run->ate_note = error.what();
+  }
+}
+
 std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Reconstruction* run) {
   std::unique_ptr<Sequence> sequence = open_noted(options);
+  read_own_groundtruth(*sequence, options, run);
   std::vector<int> frames = chosen_frames(*sequence, options.max_frames, options.stride);
   if (is_to_be_calibrated(options)) find_depth_distortion(*sequence, frames, options, run);
   if (run->depth) sequence = without_depth_distortion(std::move(sequence), run->depth->distortion);
@@ -95,13 +109,7 @@ std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Re
 
 void load_groundtruth(const std::string& path, Reconstruction* run) {
   run->groundtruth = path.empty() ? run->sequence.groundtruth : path;
-  if (run->groundtruth.empty()) return;
-  try {
-    run->truth = read_trajectory(run->groundtruth);
-  } catch (const Error& error) {
-    if (!path.empty()) throw;
-    run->ate_note = error.what();  // a damaged companion file is no reason not to reconstruct
-  }
+  if (!path.empty()) run->truth = read_trajectory(path);
 }
 
 std::unique_ptr<Pipeline> make_pipeline(const ReconstructionOptions& options, const FrameSource& source,

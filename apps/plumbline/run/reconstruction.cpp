@@ -54,6 +54,7 @@ std::exception_ptr process_frames(const ReconstructionOptions& options, const Op
   run->signal = interrupt.signal();
   run->wall_seconds = progress.seconds();
   run->live = open.source->live();
+  run->skipped = open.source->skipped();
   if (options.open_live) run->sequence = open.source->info();
   return failure;
 }
@@ -61,6 +62,10 @@ std::exception_ptr process_frames(const ReconstructionOptions& options, const Op
 [[noreturn]] void throw_nothing_tracked(const ReconstructionOptions& options, const Reconstruction& run,
                                         const FrameLog& log) {
   if (run.signal != 0) throw Error("interrupted before the first frame was through", options.sequence, "");
+  // What is wrong with the input comes before what a volume can be blamed for.
+  for (const Warning& warning : run.sequence.warnings)
+    throw Error("no frame could be tracked, nothing was written; " + warning.what, options.sequence,
+                warning.what_to_do);
   const std::string files = log.partial().empty() ? "" : "; each frame's reason stands in " + log.partial();
   if (run.trajectory.empty())
     throw Error("no frame has enough depth to begin with, nothing was written" + files, options.sequence,

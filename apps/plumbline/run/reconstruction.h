@@ -75,6 +75,7 @@ struct Reconstruction {
   std::vector<std::string> icp_traces;  ///< what was written for `icp_frames`, JSON
   std::string failure;                  ///< message of what ended the run early, or empty
   std::string report;                   ///< path of report.html, or empty if there is none
+  std::vector<std::string> skipped;     ///< why frames could not be read, a sentence each
   int signal = 0;                       ///< that ended the run early, or 0
 
   int tracked() const { return static_cast<int>(trajectory.size()); }

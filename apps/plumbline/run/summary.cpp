@@ -33,13 +33,19 @@ std::vector<int> lost_frames(const Reconstruction& run) {
 }
 
 Json sequence_json(const SequenceInfo& info) {
+  Json warnings = Json::array();
+  for (const Warning& warning : info.warnings)
+    warnings.push_back({{"what", warning.what}, {"what_to_do", warning.what_to_do}});
   return {{"path", info.path},
           {"format", info.format},
           {"frames", info.frames},
           {"color_frames", info.color_frames},
           {"depth_scale", info.depth_scale},
           {"depth_scale_source", info.depth_scale_source},
-          {"notes", info.notes}};
+          {"camera_is_guess", info.camera_is_guess},
+          {"depth_scale_is_guess", info.depth_scale_is_guess},
+          {"notes", info.notes},
+          {"warnings", warnings}};
 }
 
 Json depth_json(const Reconstruction& run) {
@@ -174,6 +180,7 @@ std::string summary_json(const Reconstruction& run) {
       {"lost_frames", lost_frames(run)},
       {"live", live_json(run)},
       {"interrupted", run.signal != 0},
+      {"skipped_frames", run.skipped},
       {"error", run.failure.empty() ? Json() : Json(run.failure)},
       {"path_length_m", path_length(run.trajectory)},
       {"orientation", orientation_json(run)},

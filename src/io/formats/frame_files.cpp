@@ -1,0 +1,199 @@
+#include "io/formats/frame_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "io/camera.h"
+#include "io/recorded_camera.h"
+#include "io/seven_scenes.h"
+#include "io/stamped_lines.h"
+#include "plumbline/error.h"
+
+namespace plumbline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kListAdvice = "write each line as: seconds file-name";
+
+bool by_time(const StampedFile& a, const StampedFile& b) { return a.time < b.time; }
+
+/// Leaves out files that are not there; returns how many.
+std::size_t drop_missing(std::vector<StampedFile>* files) {
+  const auto is_missing = [](const StampedFile& f) { return !is_file(f.path); };
+  const std::size_t before = files->size();
+  files->erase(std::remove_if(files->begin(), files->end(), is_missing), files->end());
+  return before - files->size();
+}
+
+/// One-to-one pairs of depth and colour, nearest first: TUM's associate.py. Both by time. The result has, for each
+/// depth image, the index of its colour image or −1.
+std::vector<int> associate(const std::vector<StampedFile>& depth, const std::vector<StampedFile>& color,
+                           Nanoseconds max_difference) {
+  struct Pair {
+    Nanoseconds difference;
+    int depth, color;
+  };
+  std::vector<Pair> pairs;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    while (first < color.size() && color[first].time < depth[i].time - max_difference) ++first;
+    for (std::size_t j = first; j < color.size() && color[j].time <= depth[i].time + max_difference; ++j)
+      pairs.push_back({std::abs(color[j].time - depth[i].time), static_cast<int>(i), static_cast<int>(j)});
+  }
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.difference < b.difference; });
+  std::vector<int> color_of(depth.size(), -1);
+  std::vector<bool> taken(color.size(), false);
+  for (const Pair& pair : pairs) {
+    if (color_of[pair.depth] >= 0 || taken[pair.color]) continue;
+    color_of[pair.depth] = pair.color;
+    taken[pair.color] = true;
+  }
+  return color_of;
+}
+
+}  // namespace
+
+bool is_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+
+bool is_folder(const fs::path& path) {
+  std::error_code error;
+  return fs::is_directory(path, error);
+}
+
+std::vector<fs::directory_entry> entries_of(const fs::path& folder) {
+  std::vector<fs::directory_entry> entries;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) entries.push_back(*it);
+  if (error && error != std::errc::no_such_file_or_directory)
+    throw Error("the folder cannot be listed: " + error.message(), folder.string(), "check that you may read it");
+  return entries;
+}
+
+std::vector<StampedFile> read_list(const fs::path& folder, const std::string& name, std::vector<std::string>* notes) {
+  const TextFile file((folder / name).string());
+  std::vector<StampedFile> files;
+  read_lines(file, 2, notes, [&](const TextLine& line) {
+    const std::string_view stamp = split_fields(line.text).front();
+    const std::string_view path = trim(line.text.substr(stamp.size()));
+    if (path.empty()) file.fail(line, "has no file name after the time", kListAdvice);
+    files.push_back({stamp_of(file, line, stamp, kListAdvice), (folder / path).string()});
+  });
+  return files;
+}
+
+bool spread_equal_stamps(std::vector<StampedFile>* files) {
+  if (files->size() < 3) return false;
+  std::map<Nanoseconds, std::size_t> counts;
+  for (const StampedFile& file : *files) ++counts[file.time];
+  if (2 * counts.size() > files->size()) return false;
+  for (std::size_t i = 0; i < files->size(); ++i) (*files)[i].time = time_at_30_hz(static_cast<long long>(i));
+  return true;
+}
+
+void sort_and_thin(const std::string& what, std::vector<StampedFile>* files, std::vector<std::string>* notes) {
+  if (!std::is_sorted(files->begin(), files->end(), by_time)) {
+    std::stable_sort(files->begin(), files->end(), by_time);
+    notes->push_back(fmt::format("the {} images were not listed in order of time and have been sorted", what));
+  }
+  const std::size_t before = files->size();
+  files->erase(std::unique(files->begin(), files->end(),
+                           [](const StampedFile& a, const StampedFile& b) { return a.time == b.time; }),
+               files->end());
+  if (files->size() < before)
+    notes->push_back(
+        fmt::format("{} {} images with the stamp of an earlier one were left out", before - files->size(), what));
+}
+
+void keep_depth(const std::string& list, std::vector<StampedFile>* depth, std::vector<std::string>* notes) {
+  if (depth->empty()) throw Error("lists no depth images", list, kListAdvice);
+  const std::size_t listed = depth->size(), missing = drop_missing(depth);
+  if (depth->empty())
+    throw Error(fmt::format("none of the {} listed depth images is there", listed), list,
+                "unpack the whole sequence, the folder of depth images included");
+  if (missing > 0)
+    notes->push_back(fmt::format("{} of the {} listed depth images are missing and were left out", missing, listed));
+  sort_and_thin("depth", depth, notes);
+}
+
+void keep_color(std::vector<StampedFile>* color, std::vector<std::string>* notes) {
+  const std::size_t listed = color->size(), missing = drop_missing(color);
+  if (missing > 0 && color->empty()) {
+    notes->push_back(fmt::format("none of the {} listed colour images is there; going on without colour", listed));
+  } else if (missing > 0) {
+    notes->push_back(fmt::format("{} of the {} listed colour images are missing and were left out", missing, listed));
+  }
+  sort_and_thin("colour", color, notes);
+}
+
+std::vector<SequenceEntry> join(const std::vector<StampedFile>& depth, const std::vector<StampedFile>& color,
+                                Nanoseconds max_difference, std::vector<std::string>* notes) {
+  const std::vector<int> color_of = associate(depth, color, max_difference);
+  std::vector<SequenceEntry> entries;
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    entries.push_back({depth[i].time, depth[i].path, color_of[i] < 0 ? std::string() : color[color_of[i]].path});
+  const auto without = std::count(color_of.begin(), color_of.end(), -1);
+  if (!color.empty() && without > 0)
+    notes->push_back(fmt::format("{} of {} depth images have no colour image within {:.3g} s", without, depth.size(),
+                                 to_seconds(max_difference)));
+  return entries;
+}
+
+Nanoseconds max_difference(const SequenceOptions& options) {
+  const double seconds = options.max_time_difference;
+  if (!(seconds >= 0 && seconds <= 1e6))
+    throw Error(fmt::format("the greatest time difference of depth and colour cannot be {} s", seconds),
+                "max_time_difference", "give seconds, such as 0.02");
+  return from_seconds(seconds);
+}
+
+bool natural_less(const std::string& a, const std::string& b) {
+  std::size_t i = 0, j = 0;
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto run = [&](const std::string& s, std::size_t* at) {
+    while (*at < s.size() && s[*at] == '0') ++*at;
+    const std::size_t begin = *at;
+    while (*at < s.size() && digit(s[*at])) ++*at;
+    return std::string_view(s).substr(begin, *at - begin);
+  };
+  while (i < a.size() && j < b.size()) {
+    if (digit(a[i]) && digit(b[j])) {
+      const std::string_view x = run(a, &i), y = run(b, &j);
+      if (x.size() != y.size()) return x.size() < y.size();
+      if (x != y) return x < y;
+    } else if (a[i] != b[j]) {
+      return a[i] < b[j];
+    } else {
+      ++i, ++j;
+    }
+  }
+  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
+  return a < b;  // 01 and 1
+}
+
+void take_recorded_camera(SequenceList* list) {
+  const auto recorded = find_recorded_camera(list->folder);
+  if (!recorded) return;
+  list->camera = recorded->choice;
+  if (recorded->depth_scale <= 0) return;
+  list->depth_scale = recorded->depth_scale;
+  list->depth_scale_source = recorded->choice.source;
+  list->depth_scale_is_guess = false;
+}
+
+std::string find_groundtruth(const fs::path& folder) {
+  if (is_file(folder / "groundtruth.txt")) return (folder / "groundtruth.txt").string();
+  std::vector<std::string> found;
+  for (const fs::directory_entry& entry : entries_of(folder))
+    if (entry.path().string().ends_with(".gt.freiburg")) found.push_back(entry.path().string());
+  return found.size() == 1 ? found.front() : std::string();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,31 @@
+// Whether what a sequence says of itself adds up.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plumbline/pinhole.h"
+#include "plumbline/sequence.h"
+
+namespace plumbline {
+
+/// Depth of about a dozen frames. Metres are those of the sequence's scale.
+struct DepthFigures {
+  int frames = 0;
+  double share = 0;                      ///< of the pixels that have a reading
+  double near = 0, median = 0, far = 0;  ///< quantiles 5 %, 50 % and 95 %, metres
+  int step = 0;                          ///< all readings are multiples of it
+};
+DepthFigures depth_figures(const Sequence& sequence);
+
+/// Scales that would put the readings where a depth camera sees something, the likeliest first.
+std::vector<double> plausible_scales(const DepthFigures& figures, double depth_scale);
+
+/// In words, if the numbers make more sense in another order, such as fx, cx, fy, cy.
+std::optional<std::string> other_order(const Pinhole& camera);
+
+/// What does not add up in depth, scale and camera. Frames that cannot be read say nothing here.
+std::vector<Warning> check_plausibility(const Sequence& sequence);
+
+}  // namespace plumbline

@@ -1,0 +1,262 @@
+#include "io/recorded_camera.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "io/text_file.h"
+#include "plumbline/error.h"
+
+namespace plumbline {
+namespace {
+
+constexpr const char* kMatrixAdvice = "write the matrix as three lines: fx 0 cx, 0 fy cy, 0 0 1";
+
+/// Every number of the file; brackets count as blanks.
+std::vector<double> numbers_of(const TextFile& file) {
+  std::vector<double> numbers;
+  for (const TextLine& line : file.lines()) {
+    std::string text(line.text);
+    for (char& c : text)
+      if (c == '[' || c == ']' || c == '(' || c == ')' || c == ';') c = ' ';
+    for (const std::string_view field : split_fields(text, true)) {
+      const auto value = parse_double(field);
+      if (!value || !std::isfinite(*value))
+        file.fail(line, fmt::format("'{}' is not a finite number", field), kMatrixAdvice);
+      numbers.push_back(*value);
+    }
+  }
+  return numbers;
+}
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* kAdvice = "give the intrinsics of the depth images with --intrinsics fx,fy,cx,cy";
+
+RecordedCamera made(double fx, double fy, double cx, double cy, double width, double height, const std::string& path) {
+  const auto side = [](double v) { return v > 0 && v <= 16384 ? static_cast<int>(v) : 0; };
+  RecordedCamera result;
+  result.choice.camera = {static_cast<float>(fx),
+                          static_cast<float>(fy),
+                          static_cast<float>(cx),
+                          static_cast<float>(cy),
+                          side(width),
+                          side(height)};
+  result.choice.source = fs::path(path).filename().string();
+  return result;
+}
+
+RecordedCamera from_matrix(const std::vector<double>& m, const std::string& path) {
+  const std::size_t row = m.size() == 9 ? 3 : 4;
+  const auto at = [&](std::size_t r, std::size_t c) { return m[r * row + c]; };
+  if (std::abs(at(0, 1)) > 1e-6 || at(1, 0) != 0 || at(2, 0) != 0 || at(2, 1) != 0 || at(2, 2) != 1)
+    throw Error("is not the matrix of a camera without skew", path, kMatrixAdvice);
+  return made(at(0, 0), at(1, 1), at(0, 2), at(1, 2), 0, 0, path);
+}
+
+double number_in(const json& object, std::initializer_list<const char*> names) {
+  for (const char* name : names)
+    if (object.contains(name) && object.at(name).is_number()) return object.at(name).get<double>();
+  return 0;
+}
+
+/// Nine numbers in rows, or in columns as Open3D and Record3D write them: told apart by where the last 1's row is.
+RecordedCamera from_json_matrix(json values, double width, double height, const std::string& path) {
+  if (values.size() == 3) {
+    json flat = json::array();
+    for (const json& row : values)
+      for (const json& value : row) flat.push_back(value);
+    values = flat;
+  }
+  std::array<double, 9> m{};
+  if (values.size() != m.size()) throw Error("has no matrix of 9 numbers", path, kAdvice);
+  for (std::size_t i = 0; i < m.size(); ++i) m[i] = values.at(i).get<double>();
+  const bool columns = m[2] == 0 && m[5] == 0;
+  return made(m[0], m[4], columns ? m[6] : m[2], columns ? m[7] : m[5], width, height, path);
+}
+
+RecordedCamera parse_json_camera(const json& root, const std::string& path) {
+  const json& object = root.contains("camera") && root.at("camera").is_object() ? root.at("camera") : root;
+  const double width = number_in(object, {"width", "w", "W", "image_width"});
+  const double height = number_in(object, {"height", "h", "H", "image_height"});
+  RecordedCamera result;
+  for (const char* name : {"intrinsic_matrix", "K", "camera_matrix", "intrinsics"})
+    if (object.contains(name) && object.at(name).is_array()) {
+      result = from_json_matrix(object.at(name), width, height, path);
+      break;
+    }
+  if (result.choice.source.empty()) {
+    const json& k =
+        object.contains("intrinsics") && object.at("intrinsics").is_object() ? object.at("intrinsics") : object;
+    const double fx = number_in(k, {"fx", "fl_x", "focal_x"}), fy = number_in(k, {"fy", "fl_y", "focal_y"});
+    if (fx == 0 || fy == 0) throw Error("has no intrinsics", path, kAdvice);
+    result = made(fx, fy, number_in(k, {"cx", "ppx"}), number_in(k, {"cy", "ppy"}),
+                  width > 0 ? width : number_in(k, {"width", "w"}), height > 0 ? height : number_in(k, {"height", "h"}),
+                  path);
+  }
+  const double scale = number_in(object, {"scale", "depth_scale", "png_depth_scale", "depth_factor"});
+  // RealSense writes metres a reading, the others readings a metre.
+  result.depth_scale = scale > 0 && scale < 0.1 ? 1 / scale : scale > 10 ? scale : 0;
+  return result;
+}
+
+struct KnownFile {
+  const char* name;
+  RecordedCamera (*read)(const std::string& path);
+};
+
+/// What tells the depth camera comes before what may be the colour camera's.
+constexpr std::array kKnownFiles = {
+    KnownFile{"intrinsic_depth.txt", read_text_camera},
+    KnownFile{"intrinsics_depth.txt", read_text_camera},
+    KnownFile{"depth_intrinsics.txt", read_text_camera},
+    KnownFile{"depth_intrinsic.txt", read_text_camera},
+    KnownFile{"camera_intrinsic.json", read_json_camera},
+    KnownFile{"camera_intrinsics.json", read_json_camera},
+    KnownFile{"intrinsic.json", read_json_camera},
+    KnownFile{"intrinsics.json", read_json_camera},
+    KnownFile{"cam_params.json", read_json_camera},
+    KnownFile{"_info.txt", read_info_camera},
+    KnownFile{"info.txt", read_info_camera},
+    KnownFile{"calibration.txt", read_text_camera},
+    KnownFile{"camera_matrix.csv", read_text_camera},
+    KnownFile{"camera-intrinsics.txt", read_text_camera},
+    KnownFile{"intrinsics.txt", read_text_camera},
+    KnownFile{"intrinsic.txt", read_text_camera},
+    KnownFile{"camera_intrinsics.txt", read_text_camera},
+    KnownFile{"K.txt", read_text_camera},
+    KnownFile{"camera.txt", read_text_camera},
+    KnownFile{"camera.json", read_json_camera},
+};
+
+/// camera-intrinsics.txt in the folder itself is choose_camera's.
+std::optional<RecordedCamera> camera_in(const fs::path& folder, bool is_parent) {
+  std::error_code error;
+  for (const KnownFile& file : kKnownFiles)
+    if ((is_parent || file.name != std::string_view("camera-intrinsics.txt")) &&
+        fs::is_regular_file(folder / file.name, error))
+      return file.read((folder / file.name).string());
+  if (is_parent) return std::nullopt;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    const std::string extension = lower(it->path().extension().string());
+    if (extension != ".yaml" && extension != ".yml") continue;
+    try {
+      return read_yaml_camera(it->path().string());
+    } catch (const Error&) {  // many other things are kept in such files
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+RecordedCamera read_json_camera(const std::string& path) {
+  try {
+    return parse_json_camera(json::parse(read_file(path)), path);
+  } catch (const json::exception& error) {
+    throw Error(fmt::format("is no camera that can be understood ({})", error.what()), path, kAdvice);
+  }
+}
+
+RecordedCamera read_text_camera(const std::string& path) {
+  const std::vector<double> m = numbers_of(TextFile(path));
+  if (m.size() == 9 || m.size() == 16) return from_matrix(m, path);
+  if (m.size() == 4) return made(m[0], m[1], m[2], m[3], 0, 0, path);
+  throw Error(fmt::format("has {} numbers where a matrix has 9, and fx fy cx cy are 4", m.size()), path, kMatrixAdvice);
+}
+
+RecordedCamera read_info_camera(const std::string& path) {
+  const TextFile file(path);
+  std::map<std::string, std::vector<double>> values;
+  for (const TextLine& line : file.lines()) {
+    const std::size_t equals = line.text.find('=');
+    if (equals == std::string_view::npos) continue;
+    std::vector<double>& numbers = values[std::string(trim(line.text.substr(0, equals)))];
+    for (const std::string_view field : split_fields(line.text.substr(equals + 1), true))
+      if (const auto value = parse_double(field); value && std::isfinite(*value)) numbers.push_back(*value);
+  }
+  const auto number = [&](const char* name) { return values[name].size() == 1 ? values[name].front() : 0.0; };
+  for (const auto& [matrix, width, height] :
+       {std::array{"m_calibrationDepthIntrinsic", "m_depthWidth", "m_depthHeight"},
+        std::array{"m_calibrationColorIntrinsic", "m_colorWidth", "m_colorHeight"}}) {
+    const std::vector<double>& m = values[matrix];
+    if (m.size() != 16 && m.size() != 9) continue;
+    RecordedCamera result = from_matrix(m, path);
+    result = made(result.choice.camera.fx, result.choice.camera.fy, result.choice.camera.cx, result.choice.camera.cy,
+                  number(width), number(height), path);
+    result.depth_scale = number("m_depthShift");
+    return result;
+  }
+  // ScanNet's scene0000_00.txt names its numbers one by one.
+  if (number("fx_depth") > 0)
+    return made(number("fx_depth"), number("fy_depth"), number("mx_depth"), number("my_depth"), number("depthWidth"),
+                number("depthHeight"), path);
+  throw Error("has no intrinsics of the depth camera", path, kAdvice);
+}
+
+RecordedCamera read_yaml_camera(const std::string& path) {
+  const TextFile file(path);
+  std::map<std::string, double> values;
+  for (const TextLine& line : file.lines()) {
+    const std::size_t colon = line.text.find(':');
+    if (colon == std::string_view::npos) continue;
+    const std::string_view right = line.text.substr(colon + 1);
+    const auto value = parse_double(trim(right.substr(0, right.find('#'))));
+    if (!value || !std::isfinite(*value)) continue;
+    const std::string name(trim(line.text.substr(0, colon)));
+    values[name.starts_with("Camera1.") ? "Camera." + name.substr(8) : name] = *value;
+  }
+  const auto number = [&](const std::string& name) { return values.contains(name) ? values.at(name) : 0.0; };
+  if (number("Camera.fx") == 0 || number("Camera.fy") == 0)
+    throw Error("has no Camera.fx and Camera.fy", path, kAdvice);
+  RecordedCamera result = made(number("Camera.fx"), number("Camera.fy"), number("Camera.cx"), number("Camera.cy"),
+                               number("Camera.width"), number("Camera.height"), path);
+  result.choice.distortion = {number("Camera.k1"), number("Camera.k2"), number("Camera.p1"), number("Camera.p2"),
+                              number("Camera.k3")};
+  for (const char* name : {"DepthMapFactor", "RGBD.DepthMapFactor"})
+    if (number(name) > 1) result.depth_scale = number(name);
+  return result;
+}
+
+std::optional<RecordedCamera> find_recorded_camera(const std::string& folder) {
+  std::error_code error;
+  fs::path here = fs::absolute(folder, error).lexically_normal();
+  if (!here.has_filename()) here = here.parent_path();
+  for (const fs::path& place : {here, here / "intrinsic", here.parent_path()}) {
+    auto found = camera_in(place, place == here.parent_path());
+    if (!found) continue;
+    found->choice.source += place == here                 ? " in the folder"
+                            : place == here.parent_path() ? " one folder up"
+                                                          : " in intrinsic/";
+    return found;
+  }
+  return std::nullopt;
+}
+
+std::optional<Pinhole> scaled_to(const Pinhole& camera, int width, int height) {
+  if (camera.width <= 0 || camera.height <= 0) return std::nullopt;
+  const double sx = static_cast<double>(width) / camera.width, sy = static_cast<double>(height) / camera.height;
+  if (std::abs(sx / sy - 1) > 0.01) return std::nullopt;
+  Pinhole scaled{static_cast<float>(camera.fx * sx),
+                 static_cast<float>(camera.fy * sy),
+                 static_cast<float>((camera.cx + 0.5) * sx - 0.5),
+                 static_cast<float>((camera.cy + 0.5) * sy - 0.5),
+                 width,
+                 height};
+  return scaled;
+}
+
+Pinhole read_matrix_file(const std::string& path) {
+  const std::vector<double> m = numbers_of(TextFile(path));
+  if (m.size() != 9 && m.size() != 16)
+    throw Error(fmt::format("has {} numbers where the matrix has 9", m.size()), path, kMatrixAdvice);
+  return from_matrix(m, path).choice.camera;
+}
+
+}  // namespace plumbline

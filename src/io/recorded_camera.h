@@ -1,0 +1,38 @@
+// The camera as a recording's own files tell it.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "io/camera.h"
+#include "plumbline/pinhole.h"
+
+namespace plumbline {
+
+/// The same camera, of images of width × height: pixel centres keep their place, c' = (c + ½)·s − ½. Empty if the
+/// images are of another shape (beyond rounding to pixels), so that one was cut out of the other.
+std::optional<Pinhole> scaled_to(const Pinhole& camera, int width, int height);
+
+/// What a recording's files say of its depth camera.
+struct RecordedCamera {
+  CameraChoice choice;     ///< width and height 0 where they are not told
+  double depth_scale = 0;  ///< readings per metre; 0: not told
+};
+
+/// The first of the files with intrinsics that are known by name, in the folder, in its folder `intrinsic`, or one
+/// folder up: camera_intrinsic.json (Open3D), cam_params.json (Replica), intrinsic(s)_depth.txt, intrinsics.txt, K.txt,
+/// camera.txt, calibration.txt (ETH3D), info.txt and _info.txt (BundleFusion, 12-Scenes, ScanNet), camera_matrix.csv,
+/// and the YAML files of ORB-SLAM. Empty without one. Throws Error if such a file cannot be understood.
+std::optional<RecordedCamera> find_recorded_camera(const std::string& folder);
+
+/// The parsers of these, by content. Throw Error for anything else.
+RecordedCamera read_json_camera(const std::string& path);
+RecordedCamera read_info_camera(const std::string& path);  ///< `m_calibrationDepthIntrinsic = 16 numbers`, …
+RecordedCamera read_text_camera(const std::string& path);  ///< 3×3, 4×4, or fx fy cx cy
+RecordedCamera read_yaml_camera(const std::string& path);  ///< `Camera.fx: 525`, `DepthMapFactor: 5000`, …
+
+/// fx 0 cx, 0 fy cy, 0 0 1 (or 4×4), numbers between blanks or commas, with or without brackets. Width and height stay
+/// 0. Throws Error for other matrices.
+Pinhole read_matrix_file(const std::string& path);
+
+}  // namespace plumbline
