@@ -16,7 +16,7 @@
 #include "capture/clock.h"
 #include "io/append_file.h"
 #include "io/atomic_file.h"
-#include "io/png.h"
+#include "io/images/png.h"
 #include "plumbline/error.h"
 #include "plumbline/time.h"
 

@@ -12,7 +12,7 @@
 
 #include "core/undistort.h"
 #include "io/camera.h"
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 #include "io/imu_file.h"
 #include "io/plausibility.h"
 #include "io/recorded_camera.h"

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/random.h"
-#include "io/png.h"
+#include "io/images/png.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"

@@ -10,7 +10,7 @@
 #include "capture/clock.h"
 #include "capture/color_pairing.h"
 #include "capture/frame_grabber.h"
-#include "io/png.h"
+#include "io/images/png.h"
 #include "plumbline/error.h"
 #include "plumbline/image.h"
 #include "plumbline/time.h"

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "capture/clock.h"
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 #include "io/orientation_file.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"

@@ -9,7 +9,7 @@
 #include <csignal>
 #include <thread>
 
-#include "io/png.h"
+#include "io/images/png.h"
 #include "plumbline/image.h"
 #include "support/temp_folder.h"
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/image_file.h"
-#include "io/jpeg.h"
-#include "io/png.h"
+#include "io/images/image_file.h"
+#include "io/images/jpeg.h"
+#include "io/images/png.h"
 #include "io/png_samples.h"
 #include "plumbline/image.h"
 #include "support/data.h"

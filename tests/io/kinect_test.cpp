@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "io/jpeg.h"
 #include "io/containers/kinect_calibration.h"
 #include "io/containers/matroska.h"
+#include "io/images/jpeg.h"
 #include "io/registration.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"

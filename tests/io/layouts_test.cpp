@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
+#include "io/images/png.h"
 #include "io/plausibility.h"
-#include "io/png.h"
 #include "io/prefetch.h"
 #include "io/recorded_camera.h"
 #include "plumbline/error.h"

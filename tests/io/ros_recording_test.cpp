@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 
 #include "io/containers/message_store.h"
-#include "io/recording.h"
 #include "io/containers/ros_messages.h"
+#include "io/recording.h"
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <thread>
 
-#include "io/png.h"
+#include "io/images/png.h"
 #include "io/png_samples.h"
 #include "io/trajectory.h"
 #include "plumbline/frame.h"

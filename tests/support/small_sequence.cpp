@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "io/png.h"
+#include "io/images/png.h"
 #include "io/trajectory.h"
 #include "plumbline/frame.h"
 #include "plumbline/time.h"

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/convention_check.h"
 #include "calibration/mounting_calibration.h"
 #include "calibration/orientation_calibration.h"
 #include "cli/arguments.h"
@@ -27,7 +28,6 @@
 #include "plumbline/se3.h"
 #include "plumbline/trajectory.h"
 #include "run/frame_source.h"
-#include "calibration/convention_check.h"
 
 namespace plumbline::app {
 namespace {

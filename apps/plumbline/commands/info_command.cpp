@@ -7,8 +7,8 @@
 #include "cli/console.h"
 #include "cli/sequence_arguments.h"
 #include "cli/sequence_text.h"
+#include "io/images/png.h"
 #include "io/imu_file.h"
-#include "io/png.h"
 #include "plumbline/error.h"
 
 namespace plumbline::app {

@@ -96,7 +96,9 @@ int filter(const FilterArguments& a) {
 }
 
 void add_options(CLI::App& command, FilterArguments& a) {
-  command.add_option("imu", a.input, "Readings: CSV with named columns, EuRoC, TUM accelerometer.txt, BROAD, or a recording with a sensor")
+  command
+      .add_option("imu", a.input,
+                  "Readings: CSV with named columns, EuRoC, TUM accelerometer.txt, BROAD, or a recording with a sensor")
       ->required()
       ->type_name("IMU");
   command.add_option("-o,--output", a.output, "Orientations: t qx qy qz qw")->capture_default_str()->type_name("FILE");

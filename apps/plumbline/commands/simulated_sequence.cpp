@@ -8,10 +8,10 @@
 #include <filesystem>
 
 #include "io/atomic_file.h"
+#include "io/images/png.h"
 #include "io/imu_file.h"
 #include "io/mesh.h"
 #include "io/orientation_file.h"
-#include "io/png.h"
 #include "io/trajectory.h"
 #include "plumbline/angles.h"
 #include "plumbline/mesh.h"

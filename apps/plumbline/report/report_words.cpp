@@ -172,8 +172,7 @@ std::vector<Fact> details_of(const Reconstruction& run) {
        fmt::format("reading {:.1f} ms beside it; waited for {:.1f} ms", ms.decode, ms.wait)},
       {"Computed on", run.backend, ""},
       {"Version", std::string("Plumbline ") + PLUMBLINE_VERSION, compiler()}};
-  for (const Warning& warning : run.sequence.warnings)
-    details.push_back({"Warning", warning.what, warning.what_to_do});
+  for (const Warning& warning : run.sequence.warnings) details.push_back({"Warning", warning.what, warning.what_to_do});
   for (const std::string& reason : run.skipped) details.push_back({"Frame skipped", reason, ""});
   for (const std::string& note : run.sequence.notes) details.push_back({"Note", note, ""});
   return details;

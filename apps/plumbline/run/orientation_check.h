@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "calibration/convention_check.h"
 #include "plumbline/pipeline.h"
 #include "run/frame_loop.h"
-#include "calibration/convention_check.h"
 #include "sensor/orientation_stream.h"
 
 namespace plumbline::app {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "io/png.h"
+#include "io/images/png.h"
 #include "kernels/icp.h"
 #include "plumbline/mesh.h"
 

@@ -10,9 +10,9 @@
 
 #include "core/undistort.h"
 #include "io/camera.h"
-#include "io/jpeg.h"
 #include "io/containers/kinect_calibration.h"
 #include "io/containers/matroska.h"
+#include "io/images/jpeg.h"
 #include "io/recording.h"
 #include "io/registration.h"
 #include "io/stamped_lines.h"

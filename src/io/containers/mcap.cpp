@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "io/containers/message_store.h"
+#include "io/containers/unpack.h"
 #include "io/recording.h"
 #include "io/stamped_lines.h"
-#include "io/containers/unpack.h"
 #include "plumbline/error.h"
 
 namespace plumbline {

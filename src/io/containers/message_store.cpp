@@ -7,8 +7,8 @@
 #include <iterator>
 #include <optional>
 
-#include "io/recording.h"
 #include "io/containers/rosbag.h"
+#include "io/recording.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
 #include "plumbline/error.h"

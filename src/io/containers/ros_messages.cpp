@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "io/jpeg.h"
-#include "io/png.h"
+#include "io/images/jpeg.h"
+#include "io/images/png.h"
 #include "plumbline/error.h"
 
 namespace plumbline::ros {

@@ -77,7 +77,8 @@ int fitness(const MessageTopic& topic, const CameraInfo& info, const MessageTopi
   return 2 * parts + 3 * same_frame + (of_info == of_image ? 4 : 0) + (same_size ? 8 : 0) - (size_known && !same_size);
 }
 
-/// The first parts, "/device_0/sensor_1" or "/device_0/sensor_1/Color_0", of a topic in librealsense's recordings; empty for others.
+/// The first parts, "/device_0/sensor_1" or "/device_0/sensor_1/Color_0", of a topic in librealsense's recordings;
+/// empty for others.
 std::string realsense_prefix(std::string_view topic, int parts) {
   if (!topic.starts_with("/device_")) return "";
   std::size_t end = 0;

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "io/stamped_lines.h"
 #include "io/containers/unpack.h"
+#include "io/stamped_lines.h"
 #include "plumbline/error.h"
 
 namespace plumbline {

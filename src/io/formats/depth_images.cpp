@@ -8,7 +8,7 @@
 
 #include "io/formats/formats.h"
 #include "io/formats/frame_files.h"
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 #include "io/seven_scenes.h"
 #include "plumbline/error.h"
 

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "io/images/png.h"
 #include "io/mesh.h"
-#include "io/png.h"
 #include "io/trajectory.h"
 #include "plumbline/image.h"
 #include "support/program.h"

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
 #include "plumbline/config.h"

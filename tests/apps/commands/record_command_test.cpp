@@ -14,7 +14,7 @@
 
 #include "capture/clock.h"
 #include "cli/capture_arguments.h"
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 #include "io/orientation_file.h"
 #include "io/trajectory.h"
 #include "plumbline/sequence.h"

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <thread>
 
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
 #include "plumbline/config.h"

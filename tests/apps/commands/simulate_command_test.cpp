@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
 #include "plumbline/mesh.h"

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 #include "plumbline/error.h"
 #include "plumbline/image.h"
 #include "support/error_of.h"

@@ -1,4 +1,4 @@
-#include "io/png.h"
+#include "io/images/png.h"
 
 #include <spng.h>
 

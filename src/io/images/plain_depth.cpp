@@ -1,4 +1,4 @@
-#include "io/plain_depth.h"
+#include "io/images/plain_depth.h"
 
 #include <fmt/format.h>
 

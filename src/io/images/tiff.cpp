@@ -1,4 +1,4 @@
-#include "io/tiff.h"
+#include "io/images/tiff.h"
 
 #include <fmt/format.h>
 #include <tiffio.h>

@@ -1,4 +1,4 @@
-#include "io/jpeg.h"
+#include "io/images/jpeg.h"
 
 #include <turbojpeg.h>
 

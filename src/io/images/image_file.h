@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "io/png.h"
+#include "io/images/png.h"
 #include "plumbline/image.h"
 
 namespace plumbline {

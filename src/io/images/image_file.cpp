@@ -1,9 +1,9 @@
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 
-#include "io/jpeg.h"
-#include "io/plain_depth.h"
+#include "io/images/jpeg.h"
+#include "io/images/plain_depth.h"
+#include "io/images/tiff.h"
 #include "io/text_file.h"
-#include "io/tiff.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
