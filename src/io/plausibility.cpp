@@ -80,8 +80,10 @@ void check_scale(const SequenceInfo& info, const DepthFigures& figures, std::vec
 
 void check_holes(const DepthFigures& figures, std::vector<Warning>* warnings) {
   if (figures.share >= 0.1) return;
-  warnings->push_back({fmt::format("only {:.1f} % of the pixels have a reading", 100 * figures.share),
-                       "Check that these are the depth images, and that the camera saw something within its range."});
+  warnings->push_back(
+      {fmt::format("only {:.1f} % of the pixels have a reading", 100 * figures.share),
+       "Check that these are the depth images, and that the camera saw something within its range; where "
+       "files hold real numbers of millimetres, give --depth-scale 1000."});
 }
 
 void check_camera(const SequenceInfo& info, std::vector<Warning>* warnings) {

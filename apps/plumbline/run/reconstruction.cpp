@@ -59,13 +59,19 @@ std::exception_ptr process_frames(const ReconstructionOptions& options, const Op
   return failure;
 }
 
+/// What is wrong with the input comes before what a volume can be blamed for: a wrong scale first. Null: nothing.
+const Warning* likely_cause(const std::vector<Warning>& warnings) {
+  for (const Warning& warning : warnings)
+    if (warning.what.find("scale") != std::string::npos) return &warning;
+  return warnings.empty() ? nullptr : &warnings.front();
+}
+
 [[noreturn]] void throw_nothing_tracked(const ReconstructionOptions& options, const Reconstruction& run,
                                         const FrameLog& log) {
   if (run.signal != 0) throw Error("interrupted before the first frame was through", options.sequence, "");
-  // What is wrong with the input comes before what a volume can be blamed for.
-  for (const Warning& warning : run.sequence.warnings)
-    throw Error("no frame could be tracked, nothing was written; " + warning.what, options.sequence,
-                warning.what_to_do);
+  if (const Warning* warning = likely_cause(run.sequence.warnings))
+    throw Error("no frame could be tracked, nothing was written; " + warning->what, options.sequence,
+                warning->what_to_do);
   const std::string files = log.partial().empty() ? "" : "; each frame's reason stands in " + log.partial();
   if (run.trajectory.empty())
     throw Error("no frame has enough depth to begin with, nothing was written" + files, options.sequence,

@@ -41,13 +41,13 @@ std::optional<Kind> kind_by_name(const std::string& stem) {
   return std::nullopt;
 }
 
-/// By what the file is. One that cannot be read counts as depth, and costs its frame later.
-Kind kind_by_content(const fs::path& path) {
-  try {
-    return read_image_header(path.string()).is_depth ? Kind::depth : Kind::color;
-  } catch (const Error&) {
-    return lower(path.extension().string()).starts_with(".jp") ? Kind::color : Kind::depth;
-  }
+/// By what the first of the files that can be read is. Where none can, they count as depth, and cost their frames.
+Kind kind_by_content(const std::vector<fs::path>& paths) {
+  for (const std::size_t i : {std::size_t{0}, paths.size() / 2, paths.size() - 1}) try {
+      return read_image_header(paths[i].string()).is_depth ? Kind::depth : Kind::color;
+    } catch (const Error&) {  // its frame will tell
+    }
+  return lower(paths.front().extension().string()).starts_with(".jp") ? Kind::color : Kind::depth;
 }
 
 /// A name with its digits left out: what all files of one kind share.
@@ -74,7 +74,7 @@ Images images_of(const fs::path& folder) {
     std::sort(paths.begin(), paths.end());
     const std::optional<Kind> named = kind_by_name(fs::path(pattern).stem().string());
     const bool trust = named && (mixed || *named != Kind::color);
-    std::vector<fs::path>& of_kind = images[trust ? *named : kind_by_content(paths[paths.size() / 2])];
+    std::vector<fs::path>& of_kind = images[trust ? *named : kind_by_content(paths)];
     of_kind.insert(of_kind.end(), paths.begin(), paths.end());
   }
   return images;
