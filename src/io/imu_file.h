@@ -18,9 +18,7 @@ namespace plumbline {
 ///     #timestamp [ns],w_RS_S_x [rad s^-1],…,a_RS_S_z [m s^-2]  EuRoC's and TUM VI's imu0/data.csv
 ///     t,gx,gy,gz,ax,ay,az                                      FMDataset's imu file, milliseconds
 ///     # timestamp ax ay az                                     TUM RGB-D's accelerometer.txt, seconds
-///     timestamp, a_x, …, alpha_x, …                            StrayScanner's imu.csv: g with the sign of the
-///     acceleration,
-///                                                              and turn rates in rad/s
+///     timestamp, a_x, …, alpha_x, …                            StrayScanner's imu.csv: a_x has the acceleration's sign
 ///     # BROAD … with 15 columns                                a trial of BROAD (Laidig et al. 2021) as csv, with its
 ///                                                              reference where the column `movement` is 1
 ///
