@@ -175,7 +175,7 @@ TEST_P(Fusion, WeightsUseAllSixteenBits) {
   for (int i = 0; i < 3; ++i) fuse(&volume, wall(0.8f));
   int checked = 0;
   for (std::size_t i = 0; i < first.size(); ++i) {
-    const kernels::Voxel<float> voxel = kernels::unpack<float>(view.voxels[i]);
+    const kernels::Voxel<float> voxel = kernels::unpack<float>(view.voxels_of(0)[i]);
     ASSERT_EQ(voxel.weight, first[i] == 0 ? 0 : 65535);
     ASSERT_NEAR(voxel.distance, kernels::unpack<float>(first[i]).distance, 1e-4f);
     checked += voxel.weight > 0 && voxel.distance < 0;
