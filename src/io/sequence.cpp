@@ -141,8 +141,10 @@ ImageHeader common_depth_header(const SequenceList& list) {
         const auto known = std::find_if(kinds.begin(), kinds.end(), [&](const auto& kind) {
           return kind.first.width == header.width && kind.first.height == header.height;
         });
-        if (known == kinds.end()) kinds.emplace_back(header, 1);
-        if (known != kinds.end()) ++known->second;
+        if (known != kinds.end())
+          ++known->second;
+        else
+          kinds.emplace_back(header, 1);
       } catch (const Error&) {
         if (!failure) failure = std::current_exception();
       }

@@ -11,7 +11,7 @@
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
 #include "support/data.h"
-#include "temp_folder.h"
+#include "support/temp_folder.h"
 
 namespace plumbline {
 namespace {

@@ -64,7 +64,7 @@ class TrackerTest : public testing::Test {
   Parameters parameters_ = small();
   sim::AnalyticScene scene_ = sim::desk_corner();
   Trajectory path_ = sim::orbit();
-  std::unique_ptr<Backend> backend_;
+  std::shared_ptr<Backend> backend_;
   LiveFrame live_;
   PredictedSurface model_;
   Tracker tracker_;

@@ -171,7 +171,7 @@ bool has_rotated_bits(const SequenceList& list) {
 /// What the recording's own files say of the camera and the unit.
 void describe_by_files(SequenceList* list) {
   list->depth_scale = 1000;
-  list->depth_scale_source = "millimetres, a guess";
+  list->depth_scale_source = "millimetres";
   list->depth_scale_is_guess = true;
   take_recorded_camera(list);
 }
