@@ -370,22 +370,6 @@ void find_force_unit(const TextFile& file, const std::vector<TextLine>& rows, La
                               median));
 }
 
-/// Degrees a second where no hand turns so fast in radians, or where gravity's direction says so.
-void find_rate_unit(const std::vector<TextLine>& rows, Layout* layout, std::vector<std::string>* notes) {
-  if (!layout->sensors[kGyroscope] || layout->unit_known[kGyroscope] || layout->stray_scanner) return;
-  constexpr double kFast = 10;      // rad/s: 570°/s
-  constexpr double kCounts = 3000;  // of any unit, above what a chip can measure
-  const Look look = look_at(rows, *layout->sensors[kGyroscope]);
-  if (look.high < kFast) return;
-  if (look.high > kCounts)
-    return add_note(notes,
-                    fmt::format("the gyroscope reads up to {:.3g} and names no unit: neither rad/s nor deg/s can "
-                                "be; rad/s was taken",
-                                look.high));
-  layout->sensors[kGyroscope]->factor = kRadiansPerDegree;
-  add_note(notes, fmt::format("the gyroscope reads up to {:.3g} and names no unit: taken for deg/s", look.high));
-}
-
 /// By how much the gyroscope's readings must be scaled so that they turn gravity's direction as the accelerometer sees
 /// it turn: over spans of a third of a second, Δf = −s·∫ω × f. Empty where the readings do not tell.
 std::optional<double> rate_scale(const std::vector<ImuSample>& samples) {
@@ -411,24 +395,51 @@ std::optional<double> rate_scale(const std::vector<ImuSample>& samples) {
   return pd / pp;
 }
 
+double fastest_rate(const std::vector<ImuSample>& samples) {
+  double fastest = 0;
+  for (const ImuSample& sample : samples) fastest = std::max(fastest, sample.angular_rate.cwiseAbs().maxCoeff());
+  return fastest;
+}
+
+/// Of readings without a unit: gravity's direction decides where it turns enough, else whether a hand could turn so
+/// fast.
+void find_rate_unit(std::optional<double> scale, std::vector<ImuSample>* samples, std::vector<std::string>* notes) {
+  constexpr double kFast = 10;      // rad/s: 570°/s
+  constexpr double kCounts = 3000;  // of any unit, above what a chip can measure
+  const double fastest = fastest_rate(*samples);
+  const bool turns_as_degrees = scale && *scale > 0.3 * kRadiansPerDegree && *scale < 3 * kRadiansPerDegree;
+  if (turns_as_degrees) {
+    add_note(notes, "the gyroscope names no unit; gravity's direction turns as in deg/s, which was taken");
+  } else if (fastest > kCounts) {
+    return add_note(notes,
+                    fmt::format("the gyroscope reads up to {:.3g} and names no unit: neither rad/s nor deg/s can "
+                                "be; rad/s was taken",
+                                fastest));
+  } else if (!scale && fastest >= kFast) {
+    add_note(notes, fmt::format("the gyroscope reads up to {:.3g} and names no unit: taken for deg/s", fastest));
+  } else {
+    return;
+  }
+  for (ImuSample& sample : *samples) sample.angular_rate *= kRadiansPerDegree;
+}
+
 /// Readings against each other: what the numbers alone could not tell.
 void check_rates(const Layout& layout, std::vector<ImuSample>* samples, std::vector<std::string>* notes) {
   if (!layout.sensors[kGyroscope]) return;
   const auto scale = rate_scale(*samples);
-  if (!scale) return;
-  const bool degrees = *scale > 0.3 * kRadiansPerDegree && *scale < 3 * kRadiansPerDegree;
-  if (degrees && !layout.unit_known[kGyroscope] && layout.sensors[kGyroscope]->factor == 1) {
-    for (ImuSample& sample : *samples) sample.angular_rate *= kRadiansPerDegree;
-    add_note(notes, "the gyroscope names no unit; gravity's direction turns as in deg/s, which was taken");
-  } else if (*scale < 0) {
+  const bool is_known = layout.unit_known[kGyroscope] || layout.stray_scanner || layout.reference;
+  if (!is_known) find_rate_unit(scale, samples, notes);
+  const auto found = is_known ? scale : rate_scale(*samples);
+  if (!found) return;
+  if (*found < 0) {
     add_note(notes,
              "gyroscope and accelerometer contradict each other: gravity's direction turns the other way; the signs "
              "or axes of one of them are wrong");
-  } else if (*scale < 0.3 || *scale > 3) {
+  } else if (*found < 0.3 || *found > 3) {
     add_note(notes,
              fmt::format("gyroscope and accelerometer contradict each other: gravity's direction turns {:.2g} times "
                          "as fast as the gyroscope says; check its unit",
-                         *scale));
+                         *found));
   }
 }
 
@@ -441,7 +452,6 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
   Layout layout = find_layout(file, table, notes);
   if (!layout.reference) check_order(table.rows, &layout, notes);
   find_force_unit(file, table.rows, &layout, notes);
-  find_rate_unit(table.rows, &layout, notes);
 
   ImuRecording recording;
   recording.has_gyroscope = layout.sensors[kGyroscope].has_value();

@@ -70,7 +70,10 @@ void check_scale(const SequenceInfo& info, const DepthFigures& figures, std::vec
   const double other = info.depth_scale == 5000 ? 1000 : info.depth_scale == 1000 ? 5000 : 0;
   const bool fives = figures.step > 0 && figures.step % 5 == 0;
   if (!info.depth_scale_is_guess || other == 0 || fives == (info.depth_scale == 5000)) return;
-  if (std::find(scales.begin(), scales.end(), other) == scales.end()) return;
+  // Held by hand, a camera looks at what is a few metres away: a median beyond four speaks for the guess.
+  constexpr double kUsualMedian = 4;
+  const bool is_usual = figures.median * info.depth_scale / other <= kUsualMedian;
+  if (!is_usual || std::find(scales.begin(), scales.end(), other) == scales.end()) return;
   warnings->push_back(
       {fmt::format("the depth scale is a guess, and {:g} and {:g} readings a metre are both plausible: the median "
                    "depth is {:.2g} m or {:.2g} m",

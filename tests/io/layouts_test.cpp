@@ -267,6 +267,12 @@ TEST(Plausibility, MillimetresInATumFolderAreAskedAbout) {
   EXPECT_THAT(open_folder(folder, given)->info().warnings, Not(warns_of("scale", "")));
 }
 
+TEST(Plausibility, TwoScalesThatFitAreAskedAbout) {
+  const TempFolder folder;
+  write_tum(folder, 3511);
+  EXPECT_THAT(open_folder(folder)->info().warnings, warns_of("5000 and 1000 readings a metre are both plausible", ""));
+}
+
 TEST(Plausibility, ReadingsThatAreTooFarNameTheLikelyScales) {
   const TempFolder folder;
   for (const int i : {0, 1, 2}) write_slope(folder / ("depth00000" + std::to_string(i) + ".png"), 9173);

@@ -635,7 +635,7 @@ TEST(RealSequence, IclOffice) {
   EXPECT_EQ(info.color_frames, 100);
   EXPECT_EQ(info.camera.fy, -480.0f);
   EXPECT_EQ(sequence->time(0), kNanosecondsPerSecond);
-  EXPECT_THAT(info.notes, IsEmpty());
+  EXPECT_THAT(info.notes, ElementsAre(HasSubstr("taken for ICL-NUIM, a guess")));
   const Trajectory truth = read_trajectory(info.groundtruth);
   for (int i = 0; i < info.frames; ++i) EXPECT_EQ(truth[i].time, sequence->time(i));
   EXPECT_FALSE(sequence->read(50).color.empty());
