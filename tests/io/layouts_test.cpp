@@ -269,7 +269,7 @@ TEST(Plausibility, MillimetresInATumFolderAreAskedAbout) {
 
 TEST(Plausibility, TwoScalesThatFitAreAskedAbout) {
   const TempFolder folder;
-  write_tum(folder, 3511);
+  write_tum(folder, 1751);
   EXPECT_THAT(open_folder(folder)->info().warnings, warns_of("5000 and 1000 readings a metre are both plausible", ""));
 }
 
