@@ -12,7 +12,7 @@
 
 namespace plumbline {
 
-/// Passes over frames of one sequence, each with a pipeline of its own.
+/// Passes over frames of one sequence, each with its own pipeline.
 class PathTracker {
  public:
   /// Both must outlive it.

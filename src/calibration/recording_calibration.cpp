@@ -64,7 +64,7 @@ int max_stride(std::size_t frames) {
   return std::max(1, (4 * static_cast<int>(frames) + kAllPieces) / (4 * kAllPieces));
 }
 
-/// Pieces of a recording, tracked one after the other, each in a world of its own.
+/// Pieces of a recording, tracked one after the other, each in its own world.
 class PieceCalibration {
  public:
   PieceCalibration(const Sequence& sequence, const CalibrationOptions& options)

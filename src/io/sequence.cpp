@@ -120,7 +120,7 @@ class FileSequence : public Sequence {
   double float_unit_;
   int min_confidence_;
   bool saturated_is_invalid_, bits_are_rotated_;
-  std::optional<ColorRegistration> registration_;  ///< of colour with a camera of its own
+  std::optional<ColorRegistration> registration_;  ///< of colour with its own camera
   Undistorter undistorter_;
 };
 

@@ -14,7 +14,7 @@
 namespace plumbline::app {
 namespace {
 
-/// The inertial readings beside the frames, and a copy of them where that is asked for.
+/// The inertial readings beside the frames, and a copy of them on request.
 void show_imu(const Sequence& sequence, const std::string& copy) {
   std::vector<std::string> notes;
   const ImuRecording imu = sequence.read_imu(&notes);

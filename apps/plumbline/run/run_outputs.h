@@ -12,7 +12,7 @@ namespace plumbline::app {
 /// Path of a file in the output folder.
 std::string output_path(const ReconstructionOptions& options, const std::string& name);
 
-/// False for a run that never registered one frame to another: it has nothing to put in place of older results.
+/// False for a run that never registered one frame to another: it has nothing to replace older results with.
 bool is_worth_writing(const Reconstruction& run);
 
 /// Writes everything that was reached, completes `run` by mesh and evaluation, and tells the user. Throws Error if a

@@ -65,7 +65,7 @@ Nanoseconds max_difference(const SequenceOptions& options);
 /// Order in which people count: runs of digits compare as numbers, so 2 comes before 10.
 bool natural_less(const std::string& a, const std::string& b);
 
-/// The camera and the unit of depth that the recording's own files tell, in place of the format's.
+/// The camera and the unit of depth that the recording's own files tell; they replace the format's.
 void take_recorded_camera(SequenceList* list);
 
 /// groundtruth.txt, or ICL-NUIM's traj3.gt.freiburg; else empty.
