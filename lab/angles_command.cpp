@@ -115,8 +115,8 @@ class OutputFile {
 };
 
 int angles(const AnglesArguments& arguments) {
-  Parameters parameters = effective_parameters(arguments.parameters);
-  apply_sensor_model(arguments.orientation, &parameters.orientation);
+  const Parameters parameters = effective_parameters(arguments.parameters);
+  const OrientationSensor sensor = {.covariance = sensor_covariance(arguments.orientation)};
   validate(parameters);
   std::vector<std::string> notes;
   const std::optional<OrientationStream> orientation = load_orientation(arguments.orientation, &notes);
@@ -139,7 +139,7 @@ int angles(const AnglesArguments& arguments) {
   say("success    tracked, and within {:g} m and {:g}° of the true pose", arguments.success_translation,
       arguments.success_rotation);
   say("\n{}", table_header());
-  const AngularTest test(*sequence, parameters, *backend, orientation ? &*orientation : nullptr, report.limits);
+  const AngularTest test(*sequence, parameters, *backend, orientation ? &*orientation : nullptr, report.limits, sensor);
   report.angles = run_angles(arguments, test, poses);
   say("errors: median of the successes\n");
   for (const std::string& line : paper_rows()) say(line);

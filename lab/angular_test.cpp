@@ -30,8 +30,14 @@ AngleSummary summarise(const AngleResult& result) {
 }
 
 AngularTest::AngularTest(const Sequence& sequence, const Parameters& parameters, Backend& backend,
-                         const OrientationStream* orientation, const SuccessLimits& limits)
-    : sequence_(sequence), parameters_(parameters), backend_(backend), orientation_(orientation), limits_(limits) {}
+                         const OrientationStream* orientation, const SuccessLimits& limits,
+                         const OrientationSensor& sensor)
+    : sequence_(sequence),
+      parameters_(parameters),
+      backend_(backend),
+      orientation_(orientation),
+      limits_(limits),
+      sensor_(sensor) {}
 
 AngleResult AngularTest::run(double degrees, const std::vector<eval::TurnedPair>& pairs,
                              const std::vector<std::optional<SE3>>& true_poses) const {
@@ -51,7 +57,7 @@ Frame AngularTest::read(std::size_t index) const {
 PairOutcome AngularTest::run_pair(const eval::TurnedPair& pair, const SE3& first_from_second) const {
   PairOutcome outcome;
   outcome.pair = pair;
-  Pipeline pipeline(parameters_, sequence_.info().camera, backend_);
+  Pipeline pipeline(parameters_, sequence_.info().camera, backend_, SE3(), false, sensor_);
   const FrameReport first = pipeline.process(read(pair.first));
   if (first.tracking.status == TrackingStatus::lost) {
     outcome.reason = first.tracking.reason;

@@ -59,7 +59,7 @@ class AngularTest {
  public:
   /// All must outlive the test; `orientation` may be null.
   AngularTest(const Sequence& sequence, const Parameters& parameters, Backend& backend,
-              const OrientationStream* orientation, const SuccessLimits& limits);
+              const OrientationStream* orientation, const SuccessLimits& limits, const OrientationSensor& sensor = {});
 
   /// true_poses[i] is that of frame i. Throws Error for a frame that cannot be read.
   AngleResult run(double degrees, const std::vector<eval::TurnedPair>& pairs,
@@ -74,6 +74,7 @@ class AngularTest {
   Backend& backend_;
   const OrientationStream* orientation_;
   SuccessLimits limits_;
+  OrientationSensor sensor_;
 };
 
 /// The true pose of each frame at its own time, empty where the trajectory has none. Throws Error if all are.

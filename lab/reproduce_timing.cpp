@@ -12,11 +12,10 @@ namespace plumbline::app {
 namespace {
 
 const Setup kOriginal{"kinectfusion", "none", {"tracking.iterations=[4,5,10]"}, "timed"};
-/// The orientation lets fewer iterations do; no distribution is made.
+/// The orientation lets fewer iterations do; the distribution is made once a frame.
 const Setup kFewer{"paper",
                    "ideal",
-                   {"tracking.iterations=[2,2,3]", "tracking.median_filter=false", "tracking.converged_after=0",
-                    "tracking.histogram_bins=0"},
+                   {"tracking.iterations=[2,2,3]", "tracking.median_filter=false", "tracking.converged_after=0"},
                    "timed-fewer"};
 const Setup kFixed{"paper", "ideal", {"tracking.iterations=[4,5,10]", "tracking.converged_after=0"}, "timed-fixed"};
 const Setup kUntil{"paper", "ideal", {"tracking.iterations=[4,5,10]"}, "timed-until"};

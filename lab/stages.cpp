@@ -77,7 +77,7 @@ StageScene::StageScene(const StageFrames& frames, const Parameters& parameters, 
     else
       pose_ = register_live().world_from_camera;
     volume_.integrate(live_.raw_depth(), nullptr, frames.camera, pose_);
-    volume_.predict(pose_, parameters.raycast, &model_);
+    volume_.predict(pose_, raycast_range(parameters.preprocess.max_depth), &model_);
   }
   live_.prepare(frames.frames.back());
   upload(*backend_, download(*backend_, live_.raw_depth()), filtered_.depth);
@@ -103,7 +103,7 @@ Stage StageScene::frame(const std::vector<Stage>& stages) {
     live_.prepare(frames_.frames.back());
     register_live();
     volume_.integrate(live_.raw_depth(), nullptr, frames_.camera, pose_);
-    volume_.predict(pose_, parameters_.raycast, &model_);
+    volume_.predict(pose_, raycast_range(parameters_.preprocess.max_depth), &model_);
   };
   double bytes = 0;
   for (const Stage& stage : stages) bytes += stage.is_whole ? stage.bytes : 0;
@@ -125,21 +125,16 @@ double StageScene::device(const Stage& stage, double seconds) const {
 
 void StageScene::add_preprocessing(std::vector<Stage>& stages) {
   const PreprocessParameters& p = parameters_.preprocess;
-  const auto inverse = [](double sigma) { return static_cast<float>(0.5 / (sigma * sigma)); };
   // Readings, metres for fusion, metres and normals for tracking.
   stages.push_back(
       {"preprocess", [this] { live_.prepare(frames_.frames.back()); }, pixels(), "px", pixels() * (2 + 4 + 4 + 12)});
-  const kernels::BilateralFilter filter{read_only(live_.raw_depth()), filtered_.depth.view(), p.bilateral_radius,
-                                        inverse(p.bilateral_sigma_space), inverse(p.bilateral_sigma_range)};
+  const kernels::BilateralFilter filter = bilateral_filter(live_.raw_depth(), filtered_.depth);
   if (p.bilateral)
     stages.push_back(
         {"  bilateral filter", [this, filter] { backend_->run(filter); }, pixels(), "px", pixels() * 8, false});
   stages.push_back({"  plane normals",
-                    [this, p] {
-                      estimate_plane_normals(*backend_, filtered_, p.normal_radius,
-                                             static_cast<float>(p.normal_depth_gate));
-                    },
-                    pixels(), "px", pixels() * 16, false});
+                    [this] { estimate_plane_normals(*backend_, filtered_, kNormalRadius, kNormalDepthGate); }, pixels(),
+                    "px", pixels() * 16, false});
 }
 
 void StageScene::add_registration(std::vector<Stage>& stages) {
@@ -165,8 +160,9 @@ void StageScene::add_mapping(std::vector<Stage>& stages) {
                     voxels, "voxel", voxels * 8 + pixels() * 4});
   const Pinhole& predicted = model_.front().camera;
   const double rays = static_cast<double>(predicted.width) * predicted.height;
-  stages.push_back({"ray cast", [this] { volume_.predict(pose_, parameters_.raycast, &model_); }, rays, "px",
-                    voxels * 4 + rays * 16});
+  stages.push_back({"ray cast",
+                    [this] { volume_.predict(pose_, raycast_range(parameters_.preprocess.max_depth), &model_); }, rays,
+                    "px", voxels * 4 + rays * 16});
 }
 
 }  // namespace plumbline::app

@@ -36,6 +36,14 @@ struct OrientationConvention {
   bool has_heading = true;  ///< false: only the tilt is measured, and a turn about the vertical means nothing
 };
 
+/// What is known of an orientation sensor beside its readings.
+struct OrientationSensor {
+  bool has_heading = true;  ///< as in OrientationConvention
+  /// Of its errors about the earth's axes (east, north, up), radians², positive definite. Empty: that of the sigmas in
+  /// OrientationParameters.
+  std::optional<Eigen::Matrix3d> covariance = {};
+};
+
 /// earth_from_axes.
 inline Eigen::Matrix3d enu_from(EarthAxes axes) {
   Eigen::Matrix3d m = Eigen::Matrix3d::Identity();

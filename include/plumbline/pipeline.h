@@ -9,6 +9,7 @@
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
 #include "plumbline/mesh.h"
+#include "plumbline/orientation.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
@@ -48,10 +49,11 @@ struct FrameDiagnostics {
 class Pipeline {
  public:
   /// `backend` must outlive the pipeline. The world frame is the first camera's, unless `initial_pose`
-  /// (world_from_camera of the first frame) says otherwise. Memory for the volume is asked for here, once.
-  /// Throws Error for parameters that contradict each other, std::bad_alloc if the volume does not fit.
+  /// (world_from_camera of the first frame) says otherwise. `sensor`: the one whose readings the frames carry. Memory
+  /// for the volume is asked for here, once. Throws Error for parameters that contradict each other, std::bad_alloc if
+  /// the volume does not fit.
   Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend, const SE3& initial_pose = SE3(),
-           bool with_color = false);
+           bool with_color = false, const OrientationSensor& sensor = {});
   ~Pipeline();
 
   /// Tracks, fuses and predicts. Never throws for a frame that cannot be tracked: that is a status in the report, the

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -245,7 +244,40 @@ std::string nearest_key(std::string_view unknown, const std::vector<std::string>
   return best;
 }
 
+/// Keys of earlier versions: what a configuration that has them should say now.
+struct FormerKey {
+  std::string_view key, advice;
+};
+constexpr FormerKey kFormerKeys[] = {
+    {"preprocess.normals", "Leave it out: normals are those of a plane fitted to each pixel's neighbours."},
+    {"preprocess.normal_radius", "Leave it out: normals are fitted to 7x7 pixels."},
+    {"preprocess.normal_depth_gate", "Leave it out: neighbours within 3 % of the depth are one surface."},
+    {"preprocess.bilateral_radius", "Leave it out: the filter has 13x13 pixels; preprocess.bilateral turns it off."},
+    {"preprocess.bilateral_sigma_space", "Leave it out: it is 4.5 pixels; preprocess.bilateral turns the filter off."},
+    {"preprocess.bilateral_sigma_range", "Leave it out: it is 0.03 m; preprocess.bilateral turns the filter off."},
+    {"preprocess.decimation_range", "Leave it out: it is 0.09 m, three deviations of a reading."},
+    {"tracking.widest_gate", "Leave it out: it is 0.3 m; tracking.gate_per_median = 0 keeps the gate from widening."},
+    {"tracking.histogram_bins", "Leave it out: the distance distribution is made only where it is used."},
+    {"tracking.histogram_range", "Leave it out: the distance distribution reaches to 0.5 m."},
+    {"tracking.min_inliers", "Leave it out: it is 300; set tracking.min_inlier_fraction."},
+    {"tracking.max_condition", "Leave it out: it is 1e6."},
+    {"tracking.residual_sigma",
+     "Multiply tracking.redundancy by (residual_sigma / 0.007)^2: only redundancy * residual_sigma^2 counts."},
+    {"tracking.steady_turn", "Set tracking.speed_memory: above 0 the motion is expected to go on, its turn too."},
+    {"orientation.covariance", "Give the sensor's file with --sensor-model, or tilt_sigma and heading_sigma."},
+    {"orientation.probation", "Leave it out: it is 30 frames; orientation.distrust = 0 always uses the sensor."},
+    {"raycast.min_distance", "Leave it out: surfaces from 0.05 m on are predicted."},
+    {"raycast.max_distance", "Set preprocess.max_depth: surfaces are predicted that far, and to 10 m at least."},
+};
+
+void reject_former_key(const std::string& key, const std::string& where) {
+  for (const FormerKey& former : kFormerKeys)
+    if (key == former.key)
+      throw Error(fmt::format("'{}' is no longer a parameter", key), where, std::string(former.advice));
+}
+
 [[noreturn]] void throw_unknown(const std::string& key, const std::string& where) {
+  reject_former_key(key, where);
   const std::vector<std::string> known = parameter_keys();
   const std::string nearest = nearest_key(key, known);
   throw Error(fmt::format("unknown key '{}'", key), where,
@@ -338,42 +370,18 @@ std::vector<std::string> parameter_keys() {
   return lister.keys;
 }
 
-namespace {
-
-void validate_covariance(const std::vector<double>& covariance) {
-  constexpr const char* kAdvice = "Give nine numbers in deg^2, row by row, or [] for tilt_sigma and heading_sigma.";
-  if (covariance.size() != 9)
-    throw Error(fmt::format("{} numbers are no 3x3 matrix", covariance.size()), "orientation.covariance", kAdvice);
-  const Eigen::Matrix3d matrix = Eigen::Matrix3d::Map(covariance.data());
-  if (!matrix.isApprox(matrix.transpose(), 1e-9))
-    throw Error("the matrix is not symmetric", "orientation.covariance", kAdvice);
-  if (Eigen::LLT<Eigen::Matrix3d>(matrix).info() != Eigen::Success)
-    throw Error("the matrix is not positive definite", "orientation.covariance", kAdvice);
-}
-
-}  // namespace
-
 void validate(const Parameters& parameters) {
   fields(parameters, Checker{});
-  const auto& [preprocess, tracking, orientation, volume, raycast, mesh] = parameters;
+  const auto& [preprocess, tracking, orientation, volume, mesh] = parameters;
   if (preprocess.min_depth >= preprocess.max_depth)
     throw Error("no depth lies between preprocess.min_depth and preprocess.max_depth", "preprocess.min_depth",
                 "Make it smaller than preprocess.max_depth.");
-  if (raycast.min_distance >= raycast.max_distance)
-    throw Error("nothing lies between raycast.min_distance and raycast.max_distance", "raycast.min_distance",
-                "Make it smaller than raycast.max_distance.");
   const int levels = static_cast<int>(tracking.iterations.size());
   if (levels == 0 || std::all_of(tracking.iterations.begin(), tracking.iterations.end(), [](int n) { return n == 0; }))
     throw Error("no iteration at any level", "tracking.iterations", "Give at least one, for example [4, 5, 10].");
   if (tracking.finest_level + levels > kMaxLevels)
     throw Error(fmt::format("{} levels from level {} on are too many", levels, tracking.finest_level),
                 "tracking.iterations", fmt::format("Levels 0 to {} exist.", kMaxLevels - 1));
-  if (tracking.histogram_bins == 0 &&
-      (tracking.median_filter || tracking.converged_after > 0 || tracking.gate_per_median > 0))
-    throw Error("there is no median without a distance distribution", "tracking.histogram_bins",
-                "Give it bins, or turn off tracking.median_filter, tracking.converged_after and "
-                "tracking.gate_per_median.");
-  if (!orientation.covariance.empty()) validate_covariance(orientation.covariance);
   const int voxels = (volume.resolution + 7) / 8 * 8;
   const double voxel = volume.side / voxels;
   if (volume.truncation < voxel)

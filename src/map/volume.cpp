@@ -164,12 +164,12 @@ kernels::RaySpanView Volume::span_rays(const SE3& world_from_camera, const Pinho
   return spans;
 }
 
-void Volume::predict(const SE3& world_from_camera, const RaycastParameters& parameters, DepthPyramid* model) const {
+void Volume::predict(const SE3& world_from_camera, const RaycastRange& range, DepthPyramid* model) const {
   DepthLevel& finest = model->front();
-  const auto min_distance = static_cast<float>(parameters.min_distance);
+  const auto min_distance = static_cast<float>(range.min_distance);
   backend_->run(kernels::Raycast{view_, finest.depth.view(), finest.normals(), finest.camera,
                                  to_kernel(world_from_volume_.inverse() * world_from_camera), min_distance,
-                                 static_cast<float>(parameters.max_distance),
+                                 static_cast<float>(range.max_distance),
                                  span_rays(world_from_camera, finest.camera, min_distance)});
   for (std::size_t i = 1; i < model->size(); ++i) {
     const DepthLevel& fine = (*model)[i - 1];

@@ -22,7 +22,21 @@ struct VolumePlacementResult {
 VolumePlacementResult place_volume(const VolumeParameters& parameters, const Pinhole& camera,
                                    const SE3& world_from_camera, const Image<float>& depth);
 
-/// A dense cube of voxels in a backend's memory, asked for once.
+/// Where surfaces are predicted, metres from the camera along its optical axis.
+struct RaycastRange {
+  double min_distance = 0.05;
+  double max_distance = 10;
+};
+
+/// As far as a camera with this `max_depth` reads, and 10 m in any case: what lies in the volume behind the readings is
+/// predicted too.
+inline RaycastRange raycast_range(double max_depth) {
+  RaycastRange range;
+  range.max_distance = max_depth > range.max_distance ? max_depth : range.max_distance;
+  return range;
+}
+
+/// A dense cube of voxels in a backend's memory, allocated once.
 class Volume {
  public:
   /// Throws std::bad_alloc if the memory is not there. `backend` must outlive the volume.
@@ -36,7 +50,7 @@ class Volume {
                  const SE3& world_from_camera);
 
   /// Predicts depth and normals at every level of `model`.
-  void predict(const SE3& world_from_camera, const RaycastParameters& parameters, DepthPyramid* model) const;
+  void predict(const SE3& world_from_camera, const RaycastRange& range, DepthPyramid* model) const;
 
   /// The surface, world frame. Colours when the volume has them. Empty when nothing was fused.
   Mesh extract_mesh(const MeshParameters& parameters) const;

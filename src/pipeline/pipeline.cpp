@@ -44,12 +44,13 @@ const Parameters& validated(const Parameters& parameters) {
 }  // namespace
 
 struct Pipeline::State {
-  State(const Parameters& p, const Pinhole& k, Backend& b, const SE3& initial_pose, bool with_color)
+  State(const Parameters& p, const Pinhole& k, Backend& b, const SE3& initial_pose, bool with_color,
+        const OrientationSensor& sensor)
       : parameters(validated(p)),
         camera(k),
         backend(b),
         live(k, p.preprocess, pyramid_levels(p.tracking), b, with_color, p.tracking.finest_level),
-        tracker(p, initial_pose, b),
+        tracker(p, initial_pose, b, sensor),
         volume(p.volume, k, b, with_color),
         model{make_pyramid(k, static_cast<int>(p.tracking.iterations.size()), b, p.tracking.finest_level), SE3()} {}
 
@@ -67,9 +68,9 @@ struct Pipeline::State {
 };
 
 Pipeline::Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend, const SE3& initial_pose,
-                   bool with_color)
-    : state_(
-          std::make_unique<State>(parameters, camera, backend, initial_pose, with_color && parameters.volume.color)) {}
+                   bool with_color, const OrientationSensor& sensor)
+    : state_(std::make_unique<State>(parameters, camera, backend, initial_pose, with_color && parameters.volume.color,
+                                     sensor)) {}
 Pipeline::~Pipeline() = default;
 
 FrameReport Pipeline::process(const Frame& frame, FrameDiagnostics* diagnostics) {
@@ -100,8 +101,9 @@ FrameReport Pipeline::process(const Frame& frame, FrameDiagnostics* diagnostics)
         [&] { s.volume.integrate(s.live.raw_depth(), s.live.color(), s.camera, world_from_camera); });
 
   // 4. Surface prediction for the next frame.
-  timed(&report.milliseconds.raycast,
-        [&] { s.volume.predict(world_from_camera, s.parameters.raycast, &s.model.levels); });
+  timed(&report.milliseconds.raycast, [&] {
+    s.volume.predict(world_from_camera, raycast_range(s.parameters.preprocess.max_depth), &s.model.levels);
+  });
   s.model.world_from_camera = world_from_camera;
   return report;
 }

@@ -10,6 +10,12 @@
 namespace plumbline {
 namespace {
 
+// KinectFusion's bilateral filter: 13×13 pixels, and a depth's deviation that keeps edges at a Kinect's noise.
+constexpr int kBilateralRadius = 6;
+constexpr double kBilateralSigmaSpace = 4.5;   // pixels
+constexpr double kBilateralSigmaRange = 0.03;  // metres
+constexpr float kDecimationRange = 0.09f;      // metres from the nearest: three of these deviations, as in the paper
+
 /// Whether a reading survives `kernels::ToMetres`, by the same arithmetic.
 bool any_in_range(const Frame& frame, const PreprocessParameters& parameters) {
   const auto metres_per_reading = static_cast<float>(1 / frame.depth_scale);
@@ -23,6 +29,12 @@ bool any_in_range(const Frame& frame, const PreprocessParameters& parameters) {
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 }  // namespace
+
+kernels::BilateralFilter bilateral_filter(const Plane<float>& depth, const Plane<float>& filtered) {
+  return {read_only(depth), filtered.view(), kBilateralRadius,
+          static_cast<float>(0.5 / (kBilateralSigmaSpace * kBilateralSigmaSpace)),
+          static_cast<float>(0.5 / (kBilateralSigmaRange * kBilateralSigmaRange))};
+}
 
 LiveFrame::LiveFrame(const Pinhole& camera, const PreprocessParameters& parameters, int levels, const Backend& backend,
                      bool with_color, int finest_level)
@@ -48,8 +60,7 @@ void LiveFrame::prepare(const Frame& frame) {
 
   make_pyramid_of(frame);
   for (std::size_t level = finest_level_; level < pyramid_.size(); ++level)
-    estimate_plane_normals(*backend_, pyramid_[level], parameters_.normal_radius,
-                           static_cast<float>(parameters_.normal_depth_gate));
+    estimate_plane_normals(*backend_, pyramid_[level], kNormalRadius, kNormalDepthGate);
 }
 
 void LiveFrame::to_metres(const Frame& frame, const Plane<float>& depth) const {
@@ -61,19 +72,15 @@ void LiveFrame::to_metres(const Frame& frame, const Plane<float>& depth) const {
 /// At the top the smoothed readings, or, without smoothing, the raw ones, which are needed twice only if that level is
 /// tracked.
 void LiveFrame::make_pyramid_of(const Frame& frame) {
-  const double sigma_space = parameters_.bilateral_sigma_space, sigma_range = parameters_.bilateral_sigma_range;
   const Plane<float>* finer = &raw_depth_;
   if (parameters_.bilateral) {
     finer = &pyramid_.front().depth;
-    backend_->run(kernels::BilateralFilter{read_only(raw_depth_), finer->view(), parameters_.bilateral_radius,
-                                           static_cast<float>(0.5 / (sigma_space * sigma_space)),
-                                           static_cast<float>(0.5 / (sigma_range * sigma_range))});
+    backend_->run(bilateral_filter(raw_depth_, *finer));
   } else if (finest_level_ == 0) {
     to_metres(frame, pyramid_.front().depth);
   }
   for (std::size_t level = 1; level < pyramid_.size(); ++level) {
-    backend_->run(kernels::DecimateDepth{read_only(*finer), pyramid_[level].depth.view(),
-                                         static_cast<float>(parameters_.decimation_range)});
+    backend_->run(kernels::DecimateDepth{read_only(*finer), pyramid_[level].depth.view(), kDecimationRange});
     finer = &pyramid_[level].depth;
   }
 }

@@ -3,12 +3,21 @@
 #pragma once
 
 #include "backend/maps.h"
+#include "kernels/preprocess.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pinhole.h"
 
 namespace plumbline {
+
+/// Half window of the plane fit, pixels: 7×7.
+constexpr int kNormalRadius = 3;
+/// A neighbour belongs to the surface within this fraction of the depth.
+constexpr float kNormalDepthGate = 0.03f;
+
+/// KinectFusion's filter of the depth that is tracked.
+kernels::BilateralFilter bilateral_filter(const Plane<float>& depth, const Plane<float>& filtered);
 
 /// The buffers of the current frame in a backend's memory, made once and used for every frame.
 class LiveFrame {

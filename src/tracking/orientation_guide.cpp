@@ -6,8 +6,6 @@
 namespace plumbline {
 namespace {
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
-
 // A third of a second at 30 Hz: long enough for a turn to stand out of the tracker's own error, short beside the
 // periods of a sensor's systematic error.
 constexpr std::size_t kSpanFrames = 10;
@@ -59,14 +57,13 @@ void OrientationMonitor::observe(const Eigen::Matrix3d& earth_from_camera, const
   trusted_ = missed_ <= (trusted_ ? limit : kRegain * limit);
 }
 
-OrientationGuide::OrientationGuide(const OrientationParameters& parameters)
+OrientationGuide::OrientationGuide(const OrientationParameters& parameters, const OrientationSensor& sensor)
     : parameters_(parameters),
+      sensor_(sensor),
       // An accelerometer takes the hand's acceleration for tilt: it may err by its own sigma from span to span.
-      monitor_(parameters.distrust, has_heading(parameters) ? OrientationMonitor::kFloor
-                                                            : std::max(OrientationMonitor::kFloor,
-                                                                       kRadiansPerDegree * parameters.tilt_sigma)) {}
-
-bool has_heading(const OrientationParameters& parameters) { return parameters.heading_sigma < kNoHeadingSigma; }
+      monitor_(parameters.distrust, sensor.has_heading
+                                        ? OrientationMonitor::kFloor
+                                        : std::max(OrientationMonitor::kFloor, parameters.tilt_sigma.radians())) {}
 
 bool uses_sensor(const OrientationParameters& parameters) {
   return parameters.seed != OrientationSeed::none || parameters.term != OrientationTerm::none;
@@ -80,7 +77,7 @@ OrientationUse OrientationGuide::use(const std::optional<Eigen::Matrix3d>& earth
 }
 
 SE3 OrientationGuide::seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const {
-  if (!has_heading(parameters_)) return last;
+  if (!sensor_.has_heading) return last;
   switch (parameters_.seed) {
     case OrientationSeed::none:
       return last;
@@ -96,10 +93,10 @@ SE3 OrientationGuide::seed(const SE3& last, const Eigen::Matrix3d& earth_from_ca
 std::vector<SE3> OrientationGuide::starts(const SE3& seed, const Eigen::Matrix3d& earth_from_camera) const {
   constexpr double kOfTurn = 0.5, kSigmas = 1.5;  // how far the heading may be wrong
   std::vector<SE3> starts = {seed};
-  if (parameters_.search <= 0 || !has_heading(parameters_) || !last_ || !earth_from_world_) return starts;
+  if (parameters_.search.radians() <= 0 || !sensor_.has_heading || !last_ || !earth_from_world_) return starts;
   const double turned = so3::angle(last_->earth_from_camera.transpose() * earth_from_camera),
-               step = parameters_.search * kRadiansPerDegree,
-               farthest = std::min(kOfTurn * turned, kSigmas * parameters_.heading_sigma * kRadiansPerDegree);
+               step = parameters_.search.radians(),
+               farthest = std::min(kOfTurn * turned, kSigmas * parameters_.heading_sigma.radians());
   const Eigen::Vector3d up = earth_from_world_->row(2);  // in the world
   for (double heading = step; heading <= farthest; heading += step)
     for (const double offset : {-heading, heading})
@@ -114,9 +111,8 @@ void OrientationGuide::add_term(const Eigen::Matrix3d& earth_from_camera, kernel
     case OrientationTerm::damping:
       return terms->set(kernels::RotationDamping{parameters_.schedule, parameters_.lambda});
     case OrientationTerm::anchor:
-      const Eigen::Matrix3d covariance = anchor_covariance(parameters_);
-      if (has_heading(parameters_))
-        return terms->set(orientation_anchor(earth_from_camera, *earth_from_world_, covariance));
+      const Eigen::Matrix3d covariance = sensor_.covariance.value_or(anchor_covariance(parameters_));
+      if (sensor_.has_heading) return terms->set(orientation_anchor(earth_from_camera, *earth_from_world_, covariance));
       return terms->set(tilt_anchor(earth_from_camera, *earth_from_world_, covariance));
   }
 }
@@ -127,7 +123,7 @@ void OrientationGuide::observe(const SE3& world_from_camera, const std::optional
   if (!is_on() || !earth_from_camera) return;
   if (witness) judge(*earth_from_camera, *witness);
   if (!monitor_.trusted()) {
-    if (has_heading(parameters_)) earth_from_world_.reset();  // tied anew when trust comes back
+    if (sensor_.has_heading) earth_from_world_.reset();  // tied anew when trust comes back
     return;
   }
   last_ = Reference{world_from_camera.rotation(), *earth_from_camera};
@@ -135,7 +131,7 @@ void OrientationGuide::observe(const SE3& world_from_camera, const std::optional
 }
 
 void OrientationGuide::judge(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& world_from_camera) {
-  if (has_heading(parameters_)) {
+  if (sensor_.has_heading) {
     monitor_.observe(earth_from_camera, world_from_camera);
   } else if (earth_from_world_) {  // which says where up is in the world
     monitor_.observe(tilt_of(earth_from_camera, *earth_from_world_),

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "plumbline/orientation.h"
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
 #include "plumbline/tracking.h"
@@ -39,17 +40,13 @@ class OrientationMonitor {
   bool trusted_ = true;
 };
 
-/// An `orientation.heading_sigma` of so many degrees or more is infinite: the sensor measures the tilt only, as an
-/// accelerometer does. Its readings' headings are then used nowhere.
-constexpr double kNoHeadingSigma = 1e4;
-bool has_heading(const OrientationParameters& parameters);
-
 /// Whether any part of the registration asks for a sensor.
 bool uses_sensor(const OrientationParameters& parameters);
 
 class OrientationGuide {
  public:
-  explicit OrientationGuide(const OrientationParameters& parameters);
+  /// The headings of a sensor that has none, as an accelerometer, are used nowhere.
+  explicit OrientationGuide(const OrientationParameters& parameters, const OrientationSensor& sensor = {});
 
   /// What a reading is good for now.
   OrientationUse use(const std::optional<Eigen::Matrix3d>& earth_from_camera) const;
@@ -81,6 +78,7 @@ class OrientationGuide {
     Eigen::Matrix3d world_from_camera, earth_from_camera;
   };
   OrientationParameters parameters_;
+  OrientationSensor sensor_;
   OrientationMonitor monitor_;
   std::optional<Eigen::Matrix3d> earth_from_world_;
   std::optional<Reference> last_;  ///< of the last believed frame

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "backend/registration.h"
 #include "plumbline/error.h"
@@ -12,7 +11,19 @@
 namespace plumbline {
 namespace {
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
+// The distribution of the pairs' distances: half-millimetre bins, below what a Kinect tells apart, as far as the widest
+// gate of a preset (METHOD.md §4).
+constexpr int kDistanceBins = 1000;
+constexpr double kDistanceRange = 0.5;  // metres
+
+// Beyond three usual gates a pair is a stranger, however far the seed is from the truth.
+constexpr double kWidestGate = 0.3;  // metres
+
+// Of a full image: with fewer matched pixels, noise decides the pose, however small the part of them that has depth.
+constexpr int kMinInliers = 300;
+
+// Condition number of the scaled normal equations above which a direction is left free: the images say nothing of it.
+constexpr double kMaxCondition = 1e6;
 
 /// σ(z) = 1.2 + 1.9 (z − 0.4)² mm (Nguyen, Izadi, Lovell 2012, axial), scaled to 1 at 1.5 m.
 kernels::NoiseModel nguyen_noise() {
@@ -33,21 +44,19 @@ Eigen::Matrix3d position_covariance(const Matrix6d& h, const SE3& world_from_mod
 }
 
 LostReason judge(const TrackingResult& result, const RegistrationInput& input, const TrackingParameters& parameters) {
-  if (result.inliers < parameters.min_inliers || result.inlier_fraction < parameters.min_inlier_fraction ||
+  if (result.inliers < kMinInliers || result.inlier_fraction < parameters.min_inlier_fraction ||
       result.inliers < parameters.min_matched * result.pairs)
     return LostReason::few_inliers;
   if (result.rank < 6 || !result.world_from_camera.is_finite()) return LostReason::singular;
   const SE3 step = input.world_from_camera_seed.inverse() * result.world_from_camera;
   if (step.translation().norm() > parameters.max_step_translation ||
-      so3::angle(step.rotation()) > parameters.max_step_rotation * kRadiansPerDegree)
+      so3::angle(step.rotation()) > parameters.max_step_rotation.radians())
     return LostReason::implausible_step;
   return LostReason::none;
 }
 
 /// Fewer pixels at a coarse level hold the same fraction of the image.
-int min_inliers_at(const TrackingParameters& parameters, int level) {
-  return std::max(6, parameters.min_inliers >> (2 * level));
-}
+int min_inliers_at(int level) { return std::max(6, kMinInliers >> (2 * level)); }
 
 // A level of fewer columns has too few points to be better than the next finer one's start: with four levels of 640
 // pixels the camera was lost three times as often as with three (docs/decisions/0010).
@@ -89,7 +98,7 @@ class Levels {
       out.information = registration_information(parameters, pixels);
       out.pixels = pixels;
       out.iterations = iterations;
-      out.min_inliers = min_inliers_at(parameters, level);
+      out.min_inliers = min_inliers_at(level);
       levels_.push_back({level, i});
     }
   }
@@ -178,16 +187,16 @@ int pyramid_levels(const TrackingParameters& parameters) {
 kernels::RegistrationRules registration_rules(const TrackingParameters& parameters) {
   kernels::RegistrationRules rules;
   rules.distance_gate = parameters.distance_gate;
-  rules.widest_gate = parameters.widest_gate;
+  rules.widest_gate = kWidestGate;
   rules.gate_per_median = parameters.gate_per_median;
-  rules.cos_normal_gate = static_cast<float>(std::cos(parameters.normal_gate * kRadiansPerDegree));
+  rules.cos_normal_gate = static_cast<float>(std::cos(parameters.normal_gate.radians()));
   if (parameters.depth_weights) rules.noise = nguyen_noise();
   if (parameters.huber > 0) rules.huber = static_cast<float>(parameters.huber);
-  rules.bins = parameters.histogram_bins;
-  rules.bins_per_metre = static_cast<float>(parameters.histogram_bins / parameters.histogram_range);
+  rules.bins = kDistanceBins;
+  rules.bins_per_metre = static_cast<float>(kDistanceBins / kDistanceRange);
   rules.median_filter = parameters.median_filter;
   rules.median_band = parameters.median_band;
-  rules.max_condition = parameters.max_condition;
+  rules.max_condition = kMaxCondition;
   rules.converged_step = parameters.converged_step;
   rules.converged_after = parameters.converged_after;
   rules.max_iterations = parameters.max_iterations;

@@ -2,21 +2,19 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <numbers>
 
 namespace plumbline {
 
 double registration_information(const TrackingParameters& parameters, int level_pixels) {
+  // A Kinect's point-to-plane residual in metres. Only κσ² counts, so that κ is what one chooses.
+  constexpr double kResidualSigma = 0.007;
   constexpr double kReferencePixels = 320 * 240;
   const double redundancy = std::max(1.0, parameters.redundancy * level_pixels / kReferencePixels);
-  return 1 / (redundancy * parameters.residual_sigma * parameters.residual_sigma);
+  return 1 / (redundancy * kResidualSigma * kResidualSigma);
 }
 
 Eigen::Matrix3d anchor_covariance(const OrientationParameters& parameters) {
-  constexpr double kRadiansPerDegree = std::numbers::pi / 180;
-  if (!parameters.covariance.empty())
-    return Eigen::Matrix3d::Map(parameters.covariance.data()) * (kRadiansPerDegree * kRadiansPerDegree);
-  const double tilt = parameters.tilt_sigma * kRadiansPerDegree, heading = parameters.heading_sigma * kRadiansPerDegree;
+  const double tilt = parameters.tilt_sigma.radians(), heading = parameters.heading_sigma.radians();
   return Eigen::Vector3d(tilt * tilt, tilt * tilt, heading * heading).asDiagonal();
 }
 

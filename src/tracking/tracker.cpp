@@ -1,7 +1,6 @@
 #include "tracking/tracker.h"
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "tracking/starts.h"
@@ -10,6 +9,9 @@ namespace plumbline {
 namespace {
 
 constexpr double kUsualInterval = 1.0 / 30;  // seconds, where stamps do not tell
+
+// So many frames at the start are also registered without the sensor, to judge it: a second at 30 Hz.
+constexpr int kProbation = 30;
 
 // What two registrations of one frame must differ by in their agreement.
 constexpr double kClearlyBetter = 0.15, kAsGood = 0.02;
@@ -35,14 +37,15 @@ TrackedFrame found_from(const SE3& seed, const TrackingResult& result, int start
 
 }  // namespace
 
-Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, const Backend& backend)
+Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, const Backend& backend,
+                 const OrientationSensor& sensor)
     : tracking_(parameters.tracking),
       orientation_(parameters.orientation),
       backend_(&backend),
       state_{.world_from_camera = world_from_camera,
              .motion = MotionModel(tracking_.speed_sigma, tracking_.speed_memory),
              .turn = {},
-             .guide = OrientationGuide(orientation_)} {}
+             .guide = OrientationGuide(orientation_, sensor)} {}
 
 TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>* trace) const {
   // The first frame defines the world: it is where it is expected.
@@ -71,7 +74,7 @@ Prediction Tracker::predict(const Frame& frame) const {
   const SE3& previous = state_.world_from_camera;
   Prediction expected;
   expected.world_from_camera = previous;
-  if (tracking_.steady_turn)
+  if (tracking_.speed_memory > 0)
     expected.world_from_camera = {state_.turn.predict(previous.rotation(), seconds), previous.translation()};
   if (tracking_.speed_sigma > 0) {
     const PositionBelief position = state_.motion.predict(previous.translation(), seconds);
@@ -100,9 +103,9 @@ TrackedFrame Tracker::register_unaided(const Task& task, std::vector<IcpIteratio
 /// Where images and model disagree, turns about the seed are tried, and the best is taken if it is beyond doubt.
 TrackedFrame Tracker::retry_if_doubtful(TrackedFrame found, const Task& task, bool with_orientation,
                                         std::vector<IcpIteration>* trace) const {
-  const double step = with_orientation ? orientation_.search : tracking_.search;
+  const double step = (with_orientation ? orientation_.search : tracking_.search).radians();
   if (step <= 0 || !is_doubtful(found.result, state_.previous_agreement)) return found;
-  const std::vector<SE3> starts = turned_about(found.world_from_seed, step * std::numbers::pi / 180);
+  const std::vector<SE3> starts = turned_about(found.world_from_seed, step);
   found.starts += static_cast<int>(starts.size());
   const SE3 seed = best_of(starts, task, with_orientation);
   std::vector<IcpIteration> iterations;
@@ -115,7 +118,7 @@ TrackedFrame Tracker::retry_if_doubtful(TrackedFrame found, const Task& task, bo
 
 /// Whether the sensor is still to prove itself, or led nowhere.
 bool Tracker::must_compare(const TrackedFrame& found) const {
-  const bool is_doubted = state_.probation < orientation_.probation || found.result.status == TrackingStatus::lost;
+  const bool is_doubted = state_.probation < kProbation || found.result.status == TrackingStatus::lost;
   return state_.guide.is_judged() && is_doubted;
 }
 

@@ -66,7 +66,8 @@ struct TrackerState {
 class Tracker {
  public:
   /// `backend` must outlive the tracker. The first frame that is accepted has `world_from_camera`.
-  Tracker(const Parameters& parameters, const SE3& world_from_camera, const Backend& backend);
+  Tracker(const Parameters& parameters, const SE3& world_from_camera, const Backend& backend,
+          const OrientationSensor& sensor = {});
 
   /// Where the camera of a frame is, or why that is not known. The state stays as it is until `accept` or `reject`.
   /// `trace`: if given, gets every iteration of the registration that was taken.

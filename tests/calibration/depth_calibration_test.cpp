@@ -62,7 +62,7 @@ double turn_error(const Trajectory& path) {
 Found calibrate(double bend, double wrong, double speed = 1, int threads = 1) {
   const std::shared_ptr<Backend> backend = make_backend("cpu", 1);
   constexpr int kFrames = 60;
-  DepthCalibration calibration(kCamera, PreprocessParameters(), *backend, kFrames);
+  DepthCalibration calibration(kCamera, preset("kinectfusion").preprocess, *backend, kFrames);
   const sim::AnalyticScene scene = sim::desk_corner();
   Trajectory path;
   SE3 drift;
@@ -136,7 +136,7 @@ TEST(DepthCalibration, SaysNothingOfACameraThatHardlyMoved) { EXPECT_FALSE(calib
 
 TEST(DepthCalibration, FramesWithoutAPoseAreLeftOut) {
   const std::shared_ptr<Backend> backend = make_backend("cpu", 1);
-  DepthCalibration calibration(kCamera, PreprocessParameters(), *backend, 1);
+  DepthCalibration calibration(kCamera, preset("kinectfusion").preprocess, *backend, 1);
   calibration.add(sim::render(sim::desk_corner(), kCamera, pose(0), 5, kScale, false));
   EXPECT_FALSE(calibration.estimate({}, DepthCalibration::Tracked::undistorted));
   EXPECT_FALSE(calibration.estimate({{7, SE3()}}, DepthCalibration::Tracked::undistorted));

@@ -19,7 +19,7 @@ constexpr int kResolution = 64;
 constexpr double kSide = 1.0, kVoxel = kSide / kResolution, kTruncation = 0.05;
 
 VolumeParameters volume_parameters() {
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   parameters.resolution = kResolution;
   parameters.side = kSide;
   parameters.truncation = kTruncation;

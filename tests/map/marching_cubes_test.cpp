@@ -207,7 +207,7 @@ void expect_sound(const Mesh& mesh) {
 class MeshTest : public test::LaneTest {
  protected:
   Volume make_volume(int resolution, double side, double truncation, bool color = false) const {
-    VolumeParameters parameters;
+    VolumeParameters parameters = preset("kinectfusion").volume;
     parameters.resolution = resolution;
     parameters.truncation = truncation;
     Volume volume(parameters, test::pinhole(160, 120), backend(), color);
@@ -374,7 +374,7 @@ TEST_P(MeshTest, SurfacesSeenTooSeldomAreLeftOut) {
 
 TEST_P(MeshTest, NoMoreWeightIsAskedForThanAVoxelCanHave) {
   const Pinhole camera = test::pinhole(160, 120);
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   parameters.resolution = 64;
   parameters.truncation = 0.06;
   parameters.max_weight = 2;

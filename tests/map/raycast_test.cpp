@@ -22,7 +22,7 @@ constexpr double kSteepest = 60 * kRadiansPerDegree;
 /// A scene and the volume around it, fused from some poses.
 struct Setting {
   sim::AnalyticScene scene;
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   SE3 world_from_volume;
   std::vector<SE3> fused_from;
 
@@ -30,7 +30,7 @@ struct Setting {
 };
 
 VolumeParameters volume_parameters(int resolution, double side, double truncation) {
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   parameters.resolution = resolution;
   parameters.side = side;
   parameters.truncation = truncation;
@@ -83,7 +83,7 @@ class RaycastTest : public test::LaneTest {
 
   test::View predict(const Volume& volume, const SE3& world_from_camera, const Pinhole& camera) const {
     DepthPyramid model = make_pyramid(camera, 3, backend());
-    volume.predict(world_from_camera, RaycastParameters(), &model);
+    volume.predict(world_from_camera, RaycastRange(), &model);
     for (const DepthLevel& level : model) EXPECT_EQ(test::dirty_padding(backend(), level), 0);
     return test::to_view(backend(), model.front());
   }
@@ -267,7 +267,7 @@ TEST_P(RaycastTest, OnlyBetweenTheLimitsOfDistance) {
   const Setting s = sphere_setting(1);
   const Volume volume = fuse(s);
   const SE3& pose = s.fused_from.front();
-  RaycastParameters parameters;
+  RaycastRange parameters;
   parameters.max_distance = 0.9;
   DepthPyramid model = make_pyramid(camera_, 1, backend());
   volume.predict(pose, parameters, &model);
@@ -337,7 +337,7 @@ TEST_P(RaycastTest, CoarseLevelsLieOnTheSurface) {
   const Setting s = sphere_setting(1);
   const Volume volume = fuse(s);
   DepthPyramid model = make_pyramid(camera_, 3, backend());
-  volume.predict(s.fused_from.front(), RaycastParameters(), &model);
+  volume.predict(s.fused_from.front(), RaycastRange(), &model);
   for (std::size_t l = 0; l < model.size(); ++l) {
     const test::View view = test::to_view(backend(), model[l]);
     std::vector<double> errors;
@@ -385,7 +385,7 @@ TEST_P(RaycastTest, SpansChangeNothing) {
     const Volume volume = fuse(s);
     const SE3 pose = s.fused_from.back();
     DepthPyramid with = make_pyramid(camera_, 1, backend());
-    volume.predict(pose, RaycastParameters(), &with);
+    volume.predict(pose, RaycastRange(), &with);
     DepthLevel without(camera_, backend());
     backend().run(kernels::Raycast{volume.view(), without.depth.view(), without.normals(), camera_,
                                    to_kernel(volume.world_from_volume().inverse() * pose), 0.05f, 10.0f});
@@ -410,7 +410,7 @@ TEST_P(RaycastTest, SameBitsForAnyNumberOfThreads) {
     for (const SE3& pose : s.fused_from)
       volume.integrate(test::to_plane(*other, test::view_of(s.scene, camera_, pose).depth), nullptr, camera_, pose);
     DepthPyramid model = make_pyramid(camera_, 2, *other);
-    volume.predict(s.fused_from.front(), RaycastParameters(), &model);
+    volume.predict(s.fused_from.front(), RaycastRange(), &model);
     return std::pair{download(*other, model[0].depth).pixels, download(*other, model[1].normal_x).pixels};
   };
   const auto one = run(1);

@@ -33,7 +33,7 @@ struct Scene {
 TEST_P(AnyVolume, SizesNeedNotBeMultiplesOfALane) {
   const Scene scene;
   for (const int resolution : {8, 20, 24, 56, 136}) {
-    VolumeParameters parameters;
+    VolumeParameters parameters = preset("kinectfusion").volume;
     parameters.resolution = resolution;
     parameters.side = 1;
     parameters.truncation = std::max(0.04, 2.5 / resolution);
@@ -53,7 +53,7 @@ TEST_P(AnyVolume, SizesNeedNotBeMultiplesOfALane) {
 
     // It can be predicted from and meshed too.
     DepthPyramid model = make_pyramid(scene.camera, 3, backend());
-    volume.predict(scene.world_from_camera, RaycastParameters(), &model);
+    volume.predict(scene.world_from_camera, RaycastRange(), &model);
     const Mesh mesh = volume.extract_mesh(MeshParameters());
     const Image<float> predicted = download(backend(), model.front().depth);
     const auto hits = std::count_if(predicted.pixels.begin(), predicted.pixels.end(), [](float z) { return z > 0; });
@@ -69,7 +69,7 @@ TEST_P(AnyVolume, SizesNeedNotBeMultiplesOfALane) {
 
 TEST_P(AnyVolume, PlacingItAgainForgetsWhatWasFused) {
   const Scene scene;
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   parameters.resolution = 64;
   parameters.truncation = 0.05;
   Volume volume(parameters, scene.camera, backend(), true);
@@ -95,7 +95,7 @@ TEST_P(AnyVolume, PlacingItAgainForgetsWhatWasFused) {
 
 TEST_P(AnyVolume, PlacingItAgainForgetsEvenWhenTheLastFrameChangedNothing) {
   const Scene scene;
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   parameters.resolution = 64;
   parameters.truncation = 0.05;
   Volume volume(parameters, scene.camera, backend(), false);
@@ -125,7 +125,7 @@ PLUMBLINE_ON_EVERY_LANE_TYPE(AnyVolume);
 TEST(VolumePlacement, FrontIsCentredOnTheFirstCamerasAxis) {
   const SE3 pose = test::Random(9).motion(0.7, 2);
   const Pinhole camera = test::pinhole(160, 120);
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   parameters.side = 2;
   parameters.offset = 0.25;
   const VolumePlacementResult placement = place_volume(parameters, camera, pose, Image<float>(160, 120));
@@ -143,7 +143,7 @@ TEST(VolumePlacement, FitHoldsTheFirstFramesPoints) {
   moved.primitives[0].world_from_local = pose * scene.primitives[0].world_from_local;
   Image<float> depth = test::view_of(moved, camera, pose).depth;
   for (const int x : {0, 80}) depth.at(x, 0) = 7.5f;  // strays do not decide
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   parameters.placement = VolumePlacement::fit;
   parameters.side = 5;
   const VolumePlacementResult placement = place_volume(parameters, camera, pose, depth);
@@ -166,7 +166,7 @@ TEST(VolumePlacement, FitHoldsTheFirstFramesPoints) {
 }
 
 TEST(VolumePlacement, FitNeedsReadings) {
-  VolumeParameters parameters;
+  VolumeParameters parameters = preset("kinectfusion").volume;
   parameters.placement = VolumePlacement::fit;
   EXPECT_THROW(place_volume(parameters, test::pinhole(160, 120), SE3(), Image<float>(160, 120)), Error);
 }

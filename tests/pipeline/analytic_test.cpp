@@ -29,7 +29,7 @@ constexpr int kFrames = 40;
 Pinhole small_camera() { return {262.5f, 262.5f, 159.5f, 119.5f, 320, 240}; }
 
 Parameters small_parameters() {
-  Parameters parameters;
+  Parameters parameters = preset("kinectfusion");
   parameters.volume.resolution = 256;
   parameters.volume.side = 3.5;
   return parameters;

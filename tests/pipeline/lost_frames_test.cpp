@@ -21,7 +21,7 @@ namespace {
 constexpr int kFrames = 10;
 
 Parameters small_parameters() {
-  Parameters parameters;
+  Parameters parameters = preset("kinectfusion");
   parameters.volume.resolution = 128;
   parameters.volume.side = 3.2;
   parameters.volume.truncation = 0.06;

@@ -26,7 +26,6 @@ Parameters small(std::string_view name) {
   p.volume.side = 3.5;
   p.volume.offset = -0.1;
   p.volume.truncation = 0.08;
-  p.tracking.min_inliers = 100;
   return p;
 }
 
@@ -118,7 +117,7 @@ TEST(Orientation, AChipsErrorIsForgiven) {
 
 TEST(Orientation, WithoutASensorTheCameraIsExpectedToGoOnTurningOrToStay) {
   Parameters staying = small("plumbline");
-  staying.tracking.steady_turn = false;
+  staying.tracking.speed_memory = 0;
   for (const Parameters& parameters : {small("plumbline"), staying}) {
     const test::Run run = slow().run(parameters, none);
     EXPECT_EQ(run.lost, 0);
@@ -128,7 +127,7 @@ TEST(Orientation, WithoutASensorTheCameraIsExpectedToGoOnTurningOrToStay) {
     const double turned =
         so3::angle(last.world_from_camera.rotation().transpose() * fifth.world_from_camera.rotation());
     EXPECT_GT(turned, 0.3 * kDegree);
-    if (parameters.tracking.steady_turn) {
+    if (parameters.tracking.speed_memory > 0) {
       EXPECT_NEAR(fifth.seed_angle, turned, 0.3 * turned);
       EXPECT_LT(fifth.seed_to_result_angle, turned) << "nearer than the last pose";
     } else {

@@ -33,7 +33,7 @@ double ate(const Sequence& sequence, const test::Run& result) {
 TEST(RealSequence, Freiburg1XyzIsTrackedWhole) {
   PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_xyz");
   const auto sequence = open_sequence(folder.string(), {});
-  const test::Run result = run(*sequence, Parameters());
+  const test::Run result = run(*sequence, preset("kinectfusion"));
   EXPECT_EQ(result.lost, 0);
   EXPECT_EQ(result.trajectory.size(), 798u);
   EXPECT_LE(ate(*sequence, result), 0.022);
@@ -46,7 +46,7 @@ TEST(RealSequence, Freiburg1XyzIsTrackedWhole) {
 TEST(RealSequence, Freiburg1RpyHeadFromInsideALargeVolume) {
   PLUMBLINE_DATA_OR_SKIP(folder, "tum/rgbd_dataset_freiburg1_rpy_head");
   const auto sequence = open_sequence(folder.string(), {});
-  Parameters parameters;
+  Parameters parameters = preset("kinectfusion");
   parameters.volume.side = 6;
   parameters.volume.offset = -0.4;
   const test::Run result = run(*sequence, parameters);
@@ -122,7 +122,7 @@ TEST(RealSequence, IclOfficeTrajectoryAndSurface) {
     ADD_FAILURE() << "no exact pose at " << time;
     return SE3();
   };
-  const test::Run result = run(*sequence, Parameters(), pose_at(sequence->time(0)));
+  const test::Run result = run(*sequence, preset("kinectfusion"), pose_at(sequence->time(0)));
   EXPECT_EQ(result.lost, 0);
   EXPECT_LE(ate(*sequence, result), 0.010);
 

@@ -39,7 +39,7 @@ TEST_F(LiveFrameTest, RawDepthIsAsMeasured) {
 }
 
 TEST_F(LiveFrameTest, EveryLevelHasDepthAndNormals) {
-  LiveFrame live = make(PreprocessParameters());
+  LiveFrame live = make(preset("kinectfusion").preprocess);
   live.prepare(frame_);
   ASSERT_EQ(live.pyramid().size(), 3u);
   for (std::size_t l = 0; l < 3; ++l) {
@@ -62,7 +62,7 @@ TEST_F(LiveFrameTest, EveryLevelHasDepthAndNormals) {
 }
 
 TEST_F(LiveFrameTest, WithoutTheFilterTheTrackedDepthIsTheRawDepth) {
-  PreprocessParameters parameters;
+  PreprocessParameters parameters = preset("kinectfusion").preprocess;
   parameters.bilateral = false;
   LiveFrame live = make(parameters);
   live.prepare(frame_);

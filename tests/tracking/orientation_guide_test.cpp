@@ -15,7 +15,7 @@ namespace {
 using test::kRadiansPerDegree;
 
 OrientationParameters parameters(OrientationSeed seed, OrientationTerm term = OrientationTerm::none) {
-  OrientationParameters p;
+  OrientationParameters p = preset("kinectfusion").orientation;
   p.seed = seed;
   p.term = term;
   return p;
@@ -79,7 +79,7 @@ Eigen::Matrix3d hand(int frame) {
 /// Frames out of 300 in which the sensor was trusted.
 template <class Reading>
 int trusted_frames(const Reading& reading) {
-  OrientationMonitor monitor(OrientationParameters().distrust);
+  OrientationMonitor monitor(preset("kinectfusion").orientation.distrust);
   int trusted = 0;
   for (int i = 0; i < 300; ++i) {
     monitor.observe(reading(i), hand(i));
@@ -114,7 +114,7 @@ TEST(OrientationMonitor, DistrustsGarbage) {
 }
 
 TEST(OrientationMonitor, TrustComesBack) {
-  OrientationMonitor monitor(OrientationParameters().distrust);
+  OrientationMonitor monitor(preset("kinectfusion").orientation.distrust);
   for (int i = 0; i < 100; ++i) monitor.observe(hand(i), hand(i));
   EXPECT_TRUE(monitor.trusted());
   for (int i = 100; i < 160; ++i) monitor.observe(hand(100), hand(i));
@@ -131,16 +131,16 @@ TEST(OrientationMonitor, ADistrustOfZeroAlwaysTrusts) {
 
 // ---- a sensor without heading ---------------------------------------------------------------------------------------
 
-OrientationParameters tilt_only() {
-  OrientationParameters p = parameters(OrientationSeed::relative, OrientationTerm::anchor);
-  p.heading_sigma = kNoHeadingSigma;
-  return p;
+constexpr bool kTiltOnly = false, kWithHeading = true;
+
+/// A guide by a sensor with or without heading.
+OrientationGuide guide_by(bool has_heading) {
+  return OrientationGuide(parameters(OrientationSeed::relative, OrientationTerm::anchor), {.has_heading = has_heading});
 }
 
 /// Frames out of 300 in which a guide used the readings.
 template <class Reading>
-int used_frames(const OrientationParameters& p, const Reading& reading) {
-  OrientationGuide guide(p);
+int used_frames(OrientationGuide guide, const Reading& reading) {
   const Eigen::Matrix3d earth_from_world = so3::exp({1.4, 0.3, 0.2});
   int used = 0;
   for (int i = 0; i < 300; ++i) {
@@ -156,20 +156,17 @@ TEST(TiltOnly, AnyHeadingIsAsGood) {
   const auto any_heading = [](int i, const Eigen::Matrix3d& truth) {
     return Eigen::Matrix3d(so3::exp({0, 0, 0.3 * i}) * truth);
   };
-  EXPECT_EQ(used_frames(tilt_only(), any_heading), 300);
-  OrientationParameters with_heading = tilt_only();
-  with_heading.heading_sigma = 10;
-  EXPECT_LT(used_frames(with_heading, any_heading), 100);
+  EXPECT_EQ(used_frames(guide_by(kTiltOnly), any_heading), 300);
+  EXPECT_LT(used_frames(guide_by(kWithHeading), any_heading), 100);
 }
 
 TEST(TiltOnly, AWrongTiltIsDistrusted) {
   const auto inverse = [](int /*i*/, const Eigen::Matrix3d& truth) { return Eigen::Matrix3d(truth.transpose()); };
-  EXPECT_LT(used_frames(tilt_only(), inverse), 100);
+  EXPECT_LT(used_frames(guide_by(kTiltOnly), inverse), 100);
 }
 
 TEST(TiltOnly, TheSeedIsTheCallersAndTheTermHoldsTheTilt) {
-  OrientationGuide guide(tilt_only());
-  EXPECT_FALSE(has_heading(tilt_only()));
+  OrientationGuide guide = guide_by(kTiltOnly);
   guide.observe(SE3(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
   const SE3 last = test::Random(8).motion(0.3, 0.3);
   const Eigen::Matrix3d reading = so3::exp({0.1, 0, 0.7});

@@ -17,19 +17,17 @@ namespace {
 
 using test::kRadiansPerDegree;
 
-/// Residuals that weigh one beside a prior, whatever the sensor.
-TrackingParameters unit_residuals() {
-  TrackingParameters parameters;
-  parameters.residual_sigma = 1;
-  return parameters;
-}
+TrackingParameters baseline() { return preset("kinectfusion").tracking; }
+
+/// What one residual of these images weighs beside a prior, at every level.
+double residual_weight() { return registration_information(baseline(), 320 * 240); }
 
 /// A scene fused from one pose and predicted from it, and what is tracked against it.
 class Model {
  public:
   Model(const sim::AnalyticScene& scene, const SE3& world_from_model, int levels = 3)
       : scene_(scene), world_from_model_(world_from_model), model_(make_pyramid(camera(), levels, *backend_)) {
-    VolumeParameters parameters;
+    VolumeParameters parameters = preset("kinectfusion").volume;
     parameters.resolution = 128;
     parameters.side = 3;
     parameters.truncation = 0.07;
@@ -37,12 +35,12 @@ class Model {
     volume.place(place_volume(parameters, camera(), world_from_model, Image<float>()));
     volume.integrate(test::to_plane(*backend_, test::view_of(scene, camera(), world_from_model).depth), nullptr,
                      camera(), world_from_model);
-    volume.predict(world_from_model, RaycastParameters(), &model_);
+    volume.predict(world_from_model, RaycastRange(), &model_);
   }
 
   /// Tracks what a camera at `world_from_camera` sees, to the last bit: readings of 1/5000 m would be noise.
   TrackingResult track(const SE3& world_from_camera, RegistrationInput input = {},
-                       const TrackingParameters& parameters = unit_residuals()) const {
+                       const TrackingParameters& parameters = baseline()) const {
     const test::View view = test::view_of(scene_, camera(), world_from_camera);
     return track_depth(view.depth, input, parameters);
   }
@@ -130,7 +128,7 @@ TEST(Registration, ABetterSeedIsNoWorse) {
 }
 
 TEST(Registration, StopsAtTheFinestLevelAskedFor) {
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.iterations = {6, 6};
   parameters.finest_level = 1;
   EXPECT_EQ(pyramid_levels(parameters), 3);
@@ -144,7 +142,7 @@ TEST(Registration, StopsAtTheFinestLevelAskedFor) {
 }
 
 TEST(Registration, ALevelWithoutIterationsIsSkipped) {
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.iterations = {0, 4, 6};
   const SE3 truth = desk().world_from_model() * test::Random(7).motion(1 * kRadiansPerDegree, 0.02);
   const TrackingResult result = desk().track(truth, desk().seed(), parameters);
@@ -196,19 +194,16 @@ TEST(Registration, AnotherSceneHasFewInliers) {
 
 TEST(Registration, TheLimitsOfInliersDecide) {
   const SE3& pose = desk().world_from_model();
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   const TrackingResult free = desk().track(pose, desk().seed(), parameters);
   ASSERT_EQ(free.status, TrackingStatus::tracked);
-  parameters.min_inliers = free.inliers + 2000;
-  EXPECT_EQ(desk().track(pose, desk().seed(), parameters).reason, LostReason::few_inliers);
-  parameters.min_inliers = 300;
   parameters.min_inlier_fraction = std::min(1.0, free.inlier_fraction + 0.02);
   EXPECT_EQ(desk().track(pose, desk().seed(), parameters).reason, LostReason::few_inliers);
 }
 
 TEST(Registration, AStepThatIsTooLongIsImplausible) {
   const SE3 truth = desk().world_from_model() * test::Random(9).motion(2 * kRadiansPerDegree, 0.04);
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.max_step_translation = 0.03;
   const TrackingResult moved = desk().track(truth, desk().seed(), parameters);
   EXPECT_EQ(moved.status, TrackingStatus::lost);
@@ -236,12 +231,14 @@ TEST(Registration, EveryStatusAndReasonHasAName) {
 // ---- the prior ------------------------------------------------------------------------------------------------------
 
 /// Pulls the rotation, and the position if it has a weight, to a known pose.
+/// The weights are those of so many residuals.
 kernels::Terms terms_towards(const SE3& world_from_camera, double rotation_weight, double translation_weight) {
   const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
   kernels::Terms terms;
-  terms.set(kernels::OrientationAnchor{world_from_camera.rotation(), unit, rotation_weight * unit});
+  terms.set(kernels::OrientationAnchor{world_from_camera.rotation(), unit, residual_weight() * rotation_weight * unit});
   if (translation_weight > 0)
-    terms.set(kernels::TranslationPrior{world_from_camera.translation(), translation_weight * unit});
+    terms.set(
+        kernels::TranslationPrior{world_from_camera.translation(), residual_weight() * translation_weight * unit});
   return terms;
 }
 
@@ -250,10 +247,8 @@ TEST(RegistrationTerms, AStrongRotationHolds) {
   const SE3 believed(so3::exp({0.01, -0.005, 0.008}) * desk().world_from_model().rotation(),
                      desk().world_from_model().translation());
   RegistrationInput input = desk().seed();
-  input.terms = terms_towards(believed, 1e9, 0);
-  TrackingParameters parameters = unit_residuals();
-  parameters.max_condition = 1e12;  // such a weight is what the test is about
-  const TrackingResult result = desk().track(truth, input, parameters);
+  input.terms = terms_towards(believed, 1e8, 0);
+  const TrackingResult result = desk().track(truth, input, baseline());
   EXPECT_EQ(result.status, TrackingStatus::tracked);
   EXPECT_LT(so3::angle(believed.rotation().transpose() * result.world_from_camera.rotation()),
             0.002 * kRadiansPerDegree);
@@ -282,7 +277,7 @@ TEST(RegistrationTerms, IncrementsAreOnTheLeftInTheWorldsFrame) {
   ASSERT_GT(desk().world_from_model().translation().norm(), 0.5);
   RegistrationInput input = desk().seed(seed);
   input.terms = terms_towards(goal, 1e14, 1e14);
-  TrackingParameters parameters = unit_residuals();
+  TrackingParameters parameters = baseline();
   parameters.iterations = {0, 0, 1};
   expect_near(desk().track(desk().world_from_model(), input, parameters).world_from_camera, goal, 2e-3, 1e-5);
   parameters.iterations = {0, 0, 3};
@@ -297,7 +292,7 @@ TEST(RegistrationTerms, AStepLowersTheCost) {
   };
   RegistrationInput input = desk().seed();
   input.terms = terms_towards(goal, 3e12, 5e12);
-  TrackingParameters parameters = unit_residuals();
+  TrackingParameters parameters = baseline();
   parameters.iterations = {0, 0, 3};
   const SE3 pose = desk().world_from_model();
   EXPECT_LT(cost(desk().track(pose, input, parameters).world_from_camera), 1e-6 * cost(pose));
@@ -334,7 +329,7 @@ TEST(RegistrationTerms, IsToldWhatTheAssociationFound) {
 // ---- convergence ----------------------------------------------------------------------------------------------------
 
 TEST(RegistrationConvergence, EndsALevelOnceTheMedianStandsStill) {
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.iterations = {20, 20, 20};
   parameters.converged_after = 3;
   std::vector<IcpIteration> trace;
@@ -359,7 +354,7 @@ TEST(RegistrationConvergence, EndsALevelOnceTheMedianStandsStill) {
 }
 
 TEST(RegistrationConvergence, TheParametersRemainTheLimit) {
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.converged_after = 1000;
   const SE3 truth = desk().world_from_model() * test::Random(16).motion(1 * kRadiansPerDegree, 0.02);
   const TrackingResult result = desk().track(truth, desk().seed(), parameters);
@@ -368,7 +363,7 @@ TEST(RegistrationConvergence, TheParametersRemainTheLimit) {
 }
 
 TEST(RegistrationConvergence, GoesOnWhileTheStepIsLarge) {
-  TrackingParameters parameters = unit_residuals();
+  TrackingParameters parameters = baseline();
   parameters.iterations = {1, 1, 1};
   parameters.converged_step = 1e-4;
   parameters.max_iterations = 30;
@@ -396,7 +391,7 @@ TEST(RegistrationConvergence, GoesOnWhileTheStepIsLarge) {
 }
 
 TEST(RegistrationConvergence, GoesNoFartherThanAllowed) {
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.iterations = {1, 0, 2};
   parameters.converged_step = 1e-12;
   parameters.max_iterations = 4;
@@ -429,7 +424,7 @@ TEST(RegistrationTrace, IsThatOfTheRun) {
 
 TEST(RegistrationMedianFilter, LeavesOutWhatLiesFarFromTheMedian) {
   const SE3 truth = desk().world_from_model() * test::Random(18).motion(2 * kRadiansPerDegree, 0.04);
-  TrackingParameters wide = unit_residuals(), filtered = unit_residuals();
+  TrackingParameters wide = baseline(), filtered = baseline();
   wide.distance_gate = filtered.distance_gate = 0.5;
   filtered.median_filter = true;
   filtered.median_band = 0.02;
@@ -458,7 +453,7 @@ TEST(RegistrationMedianFilter, LeavesOutWhatLiesFarFromTheMedian) {
 // ---- levels ---------------------------------------------------------------------------------------------------------
 
 TEST(RegistrationGate, FollowsTheDistancesOfAFarSeed) {
-  TrackingParameters narrow = unit_residuals();
+  TrackingParameters narrow = baseline();
   narrow.distance_gate = 0.03;
   narrow.iterations = {10, 5, 5};
   TrackingParameters following = narrow;
@@ -474,7 +469,7 @@ TEST(RegistrationGate, FollowsTheDistancesOfAFarSeed) {
 
 TEST(RegistrationLevels, TheModelNeedsNoLevelsThatAreNotTracked) {
   const SE3 truth = desk().world_from_model() * test::Random(19).motion(1 * kRadiansPerDegree, 0.02);
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.iterations = {4, 6};
   parameters.finest_level = 1;
   const TrackingResult whole = desk().track(truth, desk().seed(), parameters);
@@ -485,21 +480,18 @@ TEST(RegistrationLevels, TheModelNeedsNoLevelsThatAreNotTracked) {
 }
 
 TEST(Registration, GatesAreThoseOfTheParameters) {
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.distance_gate = 0.07;
   parameters.normal_gate = 60;
-  parameters.histogram_bins = 200;
-  parameters.histogram_range = 0.4;
   kernels::IcpInput in{};
   registration_rules(parameters).set_gates(SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), 0, &in);
   EXPECT_FLOAT_EQ(in.distance_gate, 0.07f);
   EXPECT_NEAR(in.cos_normal_gate, 0.5f, 1e-6f);
-  EXPECT_EQ(in.bins, 200);
-  EXPECT_FLOAT_EQ(in.bins_per_metre, 500);
+  EXPECT_EQ(in.bins, 1000);
+  EXPECT_FLOAT_EQ(in.bins_per_metre, 2000);
   EXPECT_EQ(in.band_low, 0);
   EXPECT_GT(in.band_high, 1e30f);
   parameters.gate_per_median = 5;
-  parameters.widest_gate = 0.2;
   const auto gate_after = [&](double median) {
     registration_rules(parameters).set_gates(SE3(), median, &in);
     return in.distance_gate;
@@ -507,7 +499,7 @@ TEST(Registration, GatesAreThoseOfTheParameters) {
   EXPECT_FLOAT_EQ(gate_after(0), 0.07f) << "nothing is known yet";
   EXPECT_FLOAT_EQ(gate_after(0.01), 0.07f) << "it never becomes narrower";
   EXPECT_FLOAT_EQ(gate_after(0.03), 0.15f);
-  EXPECT_FLOAT_EQ(gate_after(0.3), 0.2f);
+  EXPECT_FLOAT_EQ(gate_after(0.3), 0.3f);
   registration_rules(parameters).set_gates(SE3(so3::exp({0, 0, 0.1}), {1, 2, 3}), 0, &in);
   EXPECT_FLOAT_EQ(in.model_from_live.t[2], 3);
   EXPECT_FLOAT_EQ(in.model_from_live.r[1], static_cast<float>(-std::sin(0.1)));

@@ -59,20 +59,20 @@ TEST(Starts, TurnAcrossTheLineOfSight) {
 
 TEST(Starts, GoAsFarAsTheHeadingMayBeWrong) {
   const Eigen::Matrix3d earth_from_world = so3::exp({-1.4, 0.2, 0.9});
-  const auto starts = [&](double turned, double heading_sigma, double search) {
-    OrientationParameters parameters;
+  const auto starts = [&](double turned, double heading_sigma, double search, bool has_heading = true) {
+    OrientationParameters parameters = preset("kinectfusion").orientation;
     parameters.seed = OrientationSeed::relative;
     parameters.term = OrientationTerm::anchor;
     parameters.heading_sigma = heading_sigma;
     parameters.search = search;
-    OrientationGuide guide(parameters);
+    OrientationGuide guide(parameters, {.has_heading = has_heading});
     const SE3 first = test::Random(2).motion(1, 1);
     guide.observe(first, earth_from_world * first.rotation(), first.rotation());
     const Eigen::Matrix3d now = earth_from_world * first.rotation() * so3::exp({0, turned * kRadiansPerDegree, 0});
     const std::vector<SE3> list = guide.starts(guide.seed(first, now), now);
     for (const SE3& start : list) {
       EXPECT_EQ(start.translation(), first.translation());
-      if (!has_heading(parameters)) continue;
+      if (!has_heading) continue;
       // All of them have the sensor's tilt.
       EXPECT_LT(((earth_from_world * start.rotation()).row(2) - now.row(2)).norm(), 1e-9);
     }
@@ -83,13 +83,13 @@ TEST(Starts, GoAsFarAsTheHeadingMayBeWrong) {
   EXPECT_EQ(starts(50, 10, 4).size(), 7U);
   EXPECT_EQ(starts(50, 2, 4).size(), 1U) << "a good sensor";
   EXPECT_EQ(starts(50, 10, 0).size(), 1U);
-  EXPECT_EQ(starts(50, kNoHeadingSigma, 4).size(), 1U) << "tilt only";
+  EXPECT_EQ(starts(50, 10, 4, false).size(), 1U) << "tilt only";
   const std::vector<SE3> far = starts(50, 10, 4);
   EXPECT_NEAR(so3::angle(far.front().rotation().transpose() * far.back().rotation()), 12 * kRadiansPerDegree, 1e-9);
 }
 
 TEST(Starts, CoarseLeavesTheFinestLevelOutAndPatientGoesOn) {
-  TrackingParameters parameters;
+  TrackingParameters parameters = preset("kinectfusion").tracking;
   parameters.iterations = {2, 2, 3};
   parameters.converged_step = 0.0005;
   EXPECT_EQ(coarse(parameters).iterations, (std::vector<int>{2, 2, 0}));

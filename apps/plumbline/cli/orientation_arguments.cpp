@@ -275,11 +275,9 @@ RecordedOrientation recorded_orientation(const Sequence& sequence, const Orienta
   return result;
 }
 
-void apply_sensor_model(const OrientationArguments& a, OrientationParameters* parameters) {
-  if (a.sensor_model.empty()) return;
-  const Eigen::Matrix3d degrees2 =
-      read_sensor_model(a.sensor_model).covariance / (kRadiansPerDegree * kRadiansPerDegree);
-  parameters->covariance.assign(degrees2.data(), degrees2.data() + 9);
+std::optional<Eigen::Matrix3d> sensor_covariance(const OrientationArguments& a) {
+  if (a.sensor_model.empty()) return std::nullopt;
+  return read_sensor_model(a.sensor_model).covariance;
 }
 
 std::string describe(const OrientationArguments& a) {

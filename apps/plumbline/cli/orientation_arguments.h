@@ -58,8 +58,8 @@ std::string overlap_problem(const OrientationStream& stream, const Sequence& seq
 std::optional<OrientationStream> load_orientation(const OrientationArguments& arguments,
                                                   std::vector<std::string>* notes = nullptr);
 
-/// The anchor's covariance of --sensor-model, if there is one. Throws Error for a file that is none.
-void apply_sensor_model(const OrientationArguments& arguments, OrientationParameters* parameters);
+/// The covariance of --sensor-model, if there is one: radians², earth axes. Throws Error for a file that is none.
+std::optional<Eigen::Matrix3d> sensor_covariance(const OrientationArguments& arguments);
 
 /// How a sensor's readings are to be taken, whether they come from a file or from the sensor itself. Throws UsageError.
 OrientationStreamOptions stream_options(const OrientationArguments& arguments);

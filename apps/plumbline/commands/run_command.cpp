@@ -18,7 +18,6 @@
 #include "report/report.h"
 #include "run/live_source.h"
 #include "run/reconstruction.h"
-#include "tracking/orientation_guide.h"
 
 namespace plumbline::app {
 namespace {
@@ -43,7 +42,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   options.output = arguments.output;
   options.input = sequence_options(arguments.sequence);
   options.parameters = effective_parameters(arguments.parameters);
-  apply_sensor_model(arguments.orientation, &options.parameters.orientation);
+  options.sensor.covariance = sensor_covariance(arguments.orientation);
   options.backend = arguments.backend;
   options.threads = arguments.threads;
   options.max_frames = arguments.max_frames;
@@ -95,8 +94,7 @@ void set_up_orientation(const OrientationArguments& arguments, ReconstructionOpt
       throw Error(problem, "--orientation " + arguments.path,
                   "Give the readings of this recording, --orientation-offset, or --orientation none.");
   }
-  if (options->orientation && !options->orientation->options().convention.has_heading)
-    options->parameters.orientation.heading_sigma = kNoHeadingSigma;
+  if (options->orientation) options->sensor.has_heading = options->orientation->options().convention.has_heading;
 }
 
 int run(const RunArguments& arguments) {

@@ -116,7 +116,8 @@ std::unique_ptr<Pipeline> make_pipeline(const ReconstructionOptions& options, co
                                         Backend& backend) {
   const bool color = options.input.color && source.has_color() && options.parameters.volume.color;
   try {
-    return std::make_unique<Pipeline>(options.parameters, source.info().camera, backend, options.initial_pose, color);
+    return std::make_unique<Pipeline>(options.parameters, source.info().camera, backend, options.initial_pose, color,
+                                      options.sensor);
   } catch (const std::bad_alloc&) {
     throw Error("there is not enough memory for " + volume_text(options.parameters.volume), "volume.resolution",
                 "Make it smaller, for example --set volume.resolution=256.");

@@ -326,7 +326,7 @@ void CudaBackend::reduce_pixels(const Kernel& kernel, int bins) const {
 
 void CudaBackend::check_bins(int bins) {
   if (bins + 2 > kMaxBins)
-    throw Error("the distance distribution has " + std::to_string(bins) + " bins", "tracking.histogram_bins",
+    throw Error("the distance distribution has " + std::to_string(bins) + " bins", "registration",
                 "the cuda backend takes at most " + std::to_string(kMaxBins - 2));
 }
 
