@@ -12,7 +12,7 @@ namespace plumbline {
 namespace {
 
 // The distribution of the pairs' distances: half-millimetre bins, below what a Kinect tells apart, as far as the widest
-// gate of a preset (METHOD.md §4).
+// gate of a preset (docs/method.md §4).
 constexpr int kDistanceBins = 1000;
 constexpr double kDistanceRange = 0.5;  // metres
 
