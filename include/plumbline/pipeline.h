@@ -50,8 +50,8 @@ class Pipeline {
  public:
   /// `backend` must outlive the pipeline. The world frame is the first camera's, unless `initial_pose`
   /// (world_from_camera of the first frame) says otherwise. `sensor`: the one whose readings the frames carry. Memory
-  /// for the volume is asked for here, once. Throws Error for parameters that contradict each other, std::bad_alloc if
-  /// the volume does not fit.
+  /// for the volume is allocated here, once. Throws Error for parameters that contradict each other and for a
+  /// covariance that is none, std::bad_alloc if the volume does not fit.
   Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend, const SE3& initial_pose = SE3(),
            bool with_color = false, const OrientationSensor& sensor = {});
   ~Pipeline();

@@ -1,7 +1,10 @@
 #include "tracking/orientation_guide.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
+
+#include "plumbline/error.h"
 
 namespace plumbline {
 namespace {
@@ -19,6 +22,10 @@ constexpr double kRegain = 0.5;     // of the limit: trust comes back later than
 Eigen::Matrix3d tilt_of(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& earth_from_world) {
   const Eigen::Vector3d up_in_camera = earth_from_camera.row(2), up_in_world = earth_from_world.row(2);
   return Eigen::Quaterniond::FromTwoVectors(up_in_camera, up_in_world).toRotationMatrix();
+}
+
+bool is_covariance(const Eigen::Matrix3d& matrix) {
+  return matrix.isApprox(matrix.transpose(), 1e-9) && Eigen::LLT<Eigen::Matrix3d>(matrix).info() == Eigen::Success;
 }
 
 }  // namespace
@@ -63,7 +70,11 @@ OrientationGuide::OrientationGuide(const OrientationParameters& parameters, cons
       // An accelerometer takes the hand's acceleration for tilt: it may err by its own sigma from span to span.
       monitor_(parameters.distrust, sensor.has_heading
                                         ? OrientationMonitor::kFloor
-                                        : std::max(OrientationMonitor::kFloor, parameters.tilt_sigma.radians())) {}
+                                        : std::max(OrientationMonitor::kFloor, parameters.tilt_sigma.radians())) {
+  if (sensor.covariance && !is_covariance(*sensor.covariance))
+    throw Error("the matrix is not symmetric and positive definite", "OrientationSensor::covariance",
+                "Give radians^2 about the earth's axes, or leave it empty for tilt_sigma and heading_sigma.");
+}
 
 bool uses_sensor(const OrientationParameters& parameters) {
   return parameters.seed != OrientationSeed::none || parameters.term != OrientationTerm::none;

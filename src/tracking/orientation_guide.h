@@ -45,7 +45,8 @@ bool uses_sensor(const OrientationParameters& parameters);
 
 class OrientationGuide {
  public:
-  /// The headings of a sensor that has none, as an accelerometer, are used nowhere.
+  /// The headings of a sensor that has none, as an accelerometer, are used nowhere. Throws Error for a covariance that is
+  /// none.
   explicit OrientationGuide(const OrientationParameters& parameters, const OrientationSensor& sensor = {});
 
   /// What a reading is good for now.

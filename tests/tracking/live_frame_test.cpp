@@ -16,7 +16,7 @@ namespace {
 
 class LiveFrameTest : public testing::Test {
  protected:
-  LiveFrame make(const PreprocessParameters& parameters = {}, bool color = false) const {
+  LiveFrame make(const PreprocessParameters& parameters = preset("kinectfusion").preprocess, bool color = false) const {
     return {camera_, parameters, 3, *backend_, color};
   }
 
@@ -39,7 +39,7 @@ TEST_F(LiveFrameTest, RawDepthIsAsMeasured) {
 }
 
 TEST_F(LiveFrameTest, EveryLevelHasDepthAndNormals) {
-  LiveFrame live = make(preset("kinectfusion").preprocess);
+  LiveFrame live = make();
   live.prepare(frame_);
   ASSERT_EQ(live.pyramid().size(), 3u);
   for (std::size_t l = 0; l < 3; ++l) {

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
+#include "plumbline/error.h"
 #include "plumbline/se3.h"
 #include "sensor/error_model.h"
 #include "support/scenes.h"
@@ -150,6 +152,30 @@ int used_frames(OrientationGuide guide, const Reading& reading) {
     guide.observe(SE3(hand(i), Eigen::Vector3d::Zero()), read, hand(i));
   }
   return used;
+}
+
+/// Information of the anchor of a sensor with `covariance`, radians².
+Matrix6d anchor_of(const std::optional<Eigen::Matrix3d>& covariance) {
+  OrientationGuide guide(parameters(OrientationSeed::relative, OrientationTerm::anchor), {.covariance = covariance});
+  guide.observe(SE3(), Eigen::Matrix3d(Eigen::Matrix3d::Identity()), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+  kernels::Terms terms;
+  guide.add_term(Eigen::Matrix3d::Identity(), &terms);
+  return terms.evaluate({SE3()}).h;
+}
+
+TEST(OrientationSensor, ItsCovarianceReplacesTheSigmas) {
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(0.01, 0.02, 0.04).asDiagonal();
+  EXPECT_NEAR(anchor_of(covariance)(0, 0), 100, 1e-9);
+  EXPECT_NEAR(anchor_of(covariance)(2, 2), 25, 1e-9);
+  const OrientationParameters sigmas;
+  EXPECT_NEAR(anchor_of(std::nullopt)(2, 2) * std::pow(sigmas.heading_sigma.radians(), 2), 1, 1e-9);
+}
+
+TEST(OrientationSensor, ACovarianceIsSymmetricAndPositiveDefinite) {
+  Eigen::Matrix3d skewed = Eigen::Matrix3d::Identity();
+  skewed(0, 1) = 0.5;
+  EXPECT_THROW(anchor_of(skewed), Error);
+  EXPECT_THROW(anchor_of(Eigen::Matrix3d(Eigen::Vector3d(1, 1, -1).asDiagonal())), Error);
 }
 
 TEST(TiltOnly, AnyHeadingIsAsGood) {

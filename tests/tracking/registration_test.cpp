@@ -165,7 +165,7 @@ TEST(Registration, ASinglePlaneIsSingular) {
 TEST(Registration, AnEmptyModelHasFewInliers) {
   const Model nothing({}, SE3());
   const Image<float> depth = test::view_of(sim::desk_corner(), Model::camera(), desk().world_from_model()).depth;
-  const TrackingResult result = nothing.track_depth(depth, nothing.seed(), {});
+  const TrackingResult result = nothing.track_depth(depth, nothing.seed(), baseline());
   EXPECT_EQ(result.status, TrackingStatus::lost);
   EXPECT_EQ(result.reason, LostReason::few_inliers);
   EXPECT_EQ(result.inliers, 0);
@@ -178,7 +178,7 @@ TEST(Registration, AnEmptyModelHasFewInliers) {
 
 TEST(Registration, AnEmptyFrameHasFewInliers) {
   const Pinhole k = Model::camera();
-  const TrackingResult result = desk().track_depth(Image<float>(k.width, k.height), desk().seed(), {});
+  const TrackingResult result = desk().track_depth(Image<float>(k.width, k.height), desk().seed(), baseline());
   EXPECT_EQ(result.status, TrackingStatus::lost);
   EXPECT_EQ(result.reason, LostReason::few_inliers);
   EXPECT_EQ(result.inlier_fraction, 0);
@@ -188,7 +188,7 @@ TEST(Registration, AnEmptyFrameHasFewInliers) {
 TEST(Registration, AnotherSceneHasFewInliers) {
   const sim::AnalyticScene sphere{{sim::sphere(desk().world_from_model() * Eigen::Vector3d(0, 0, 0.6), 0.1)}};
   const Image<float> depth = test::view_of(sphere, Model::camera(), desk().world_from_model()).depth;
-  const TrackingResult result = desk().track_depth(depth, desk().seed(), {});
+  const TrackingResult result = desk().track_depth(depth, desk().seed(), baseline());
   EXPECT_EQ(result.reason, LostReason::few_inliers);
 }
 

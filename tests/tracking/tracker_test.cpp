@@ -40,7 +40,7 @@ class TrackerTest : public testing::Test {
     volume.place(
         place_volume(parameters_.volume, kCamera, model_.world_from_camera, download(*backend_, live_.raw_depth())));
     volume.integrate(live_.raw_depth(), nullptr, kCamera, model_.world_from_camera);
-    volume.predict(model_.world_from_camera, parameters_.raycast, &model_.levels);
+    volume.predict(model_.world_from_camera, raycast_range(parameters_.preprocess.max_depth), &model_.levels);
   }
 
   Frame frame(int i) const {
