@@ -3,8 +3,10 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "plumbline/image.h"
+#include "plumbline/imu.h"
 #include "plumbline/time.h"
 
 namespace plumbline {
@@ -18,6 +20,9 @@ struct Frame {
   ColorImage color;           ///< empty, or registered to the depth image (same size and intrinsics)
   /// Measured orientation of the camera at `time`, earth axes (x east, y north, z up); empty without a sensor.
   std::optional<Eigen::Matrix3d> earth_from_camera = {};
+  /// Readings of a gyroscope and an accelerometer from the previous frame to this one, camera axes, ordered by time, the
+  /// first and the final one at the frames' own times where the sensor covers them; empty without such a sensor.
+  std::vector<ImuSample> inertial = {};
 };
 
 }  // namespace plumbline

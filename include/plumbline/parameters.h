@@ -87,6 +87,16 @@ struct OrientationParameters {
   double distrust = 0.5;
 };
 
+struct MotionParameters {
+  bool gyroscope = true;
+  bool accelerometer = true;
+  bool steady = false;
+  double correlation_time = 1.5;
+  double acceleration_sigma = 0.05;
+  double steady_turn_sigma = 0.3;
+  double steady_speed_sigma = 1.5;
+};
+
 struct VolumeParameters {
   int resolution = 512;
   double side = 8.0;
@@ -111,6 +121,7 @@ struct Parameters {
   PreprocessParameters preprocess;
   TrackingParameters tracking;
   OrientationParameters orientation;
+  MotionParameters motion;
   VolumeParameters volume;
   MeshParameters mesh;
 };
@@ -195,6 +206,22 @@ void orientation_fields(P& p, Visitor&& v) {
 }
 
 template <class P, class Visitor>
+void motion_fields(P& p, Visitor&& v) {
+  v("gyroscope", p.gyroscope, "", "predict each frame from the readings of a gyroscope, where there is one", Range{});
+  v("accelerometer", p.accelerometer, "", "and from those of its accelerometer", Range{});
+  v("steady", p.steady, "", "without readings, predict by the same filter that motion goes on steadily", Range{});
+  v("correlation_time", p.correlation_time, "s",
+    "over which the errors of successive registrations are alike: divides the images' information in the filter",
+    Range{0, 100});
+  v("acceleration_sigma", p.acceleration_sigma, "m/s/sqrt(s)", "random walk of the velocity beside the accelerometer",
+    Range{1e-4, 100});
+  v("steady_turn_sigma", p.steady_turn_sigma, "rad/sqrt(s)", "random walk of the rotation without readings",
+    Range{1e-4, 100});
+  v("steady_speed_sigma", p.steady_speed_sigma, "m/s/sqrt(s)", "random walk of the velocity without an accelerometer",
+    Range{1e-4, 100});
+}
+
+template <class P, class Visitor>
 void volume_fields(P& p, Visitor&& v) {
   v("resolution", p.resolution, "voxels", "voxels along each side; rounded up to a multiple of 8", Range{8, 1024});
   v("side", p.side, "m", "length of each side", Range{0.01, 1000});
@@ -226,6 +253,8 @@ void fields(P& p, Visitor&& v) {
   tracking_fields(p.tracking, v);
   v.group("orientation");
   orientation_fields(p.orientation, v);
+  v.group("motion");
+  motion_fields(p.motion, v);
   v.group("volume");
   volume_fields(p.volume, v);
   v.group("mesh");

@@ -41,8 +41,9 @@ struct TrackingResult {
   double median_distance = 0;   ///< of the associated pairs, metres, at the histogram's resolution
   int rank = 0;                 ///< of the last 6×6 system, 6 when all directions are held
   double condition = 0;         ///< of the last 6×6 system after scaling
-  /// Of the position, priors included, world frame, metres²; zero if the last system was singular.
-  Eigen::Matrix3d position_covariance = Eigen::Matrix3d::Zero();
+  /// Of (θ, t), what is known besides the images included; world axes, radians² and metres²; zero if the final system
+  /// was singular.
+  Matrix6d pose_covariance = Matrix6d::Zero();
 };
 
 /// What became of the sensor in one frame.

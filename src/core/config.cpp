@@ -372,7 +372,7 @@ std::vector<std::string> parameter_keys() {
 
 void validate(const Parameters& parameters) {
   fields(parameters, Checker{});
-  const auto& [preprocess, tracking, orientation, volume, mesh] = parameters;
+  const auto& [preprocess, tracking, orientation, motion, volume, mesh] = parameters;
   if (preprocess.min_depth >= preprocess.max_depth)
     throw Error("no depth lies between preprocess.min_depth and preprocess.max_depth", "preprocess.min_depth",
                 "Make it smaller than preprocess.max_depth.");

@@ -30,6 +30,7 @@ Parameters kinectfusion() {
   p.orientation.seed = OrientationSeed::none;
   p.orientation.term = OrientationTerm::none;
   p.orientation.search = 0;
+  p.motion.gyroscope = false;
   p.volume.side = 3;
   p.volume.offset = -0.1;
   p.volume.truncation = 0.03;

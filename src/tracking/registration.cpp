@@ -32,15 +32,15 @@ kernels::NoiseModel nguyen_noise() {
   return {static_cast<float>(kBase / kAtUnit), static_cast<float>(kSlope / kAtUnit), static_cast<float>(kNearest)};
 }
 
-/// Covariance of the camera's position out of the system's inverse: increments about the camera's own centre, in the
-/// world's axes, so that turning does not move it.
-Eigen::Matrix3d position_covariance(const Matrix6d& h, const SE3& world_from_model, const SE3& world_from_camera) {
+/// Covariance of the camera's rotation and position out of the system's inverse: increments about the camera's own
+/// centre, in the world's axes, so that turning does not move it.
+Matrix6d pose_covariance(const Matrix6d& h, const SE3& world_from_model, const SE3& world_from_camera) {
   const SE3 world_from_centre(Eigen::Matrix3d::Identity(), world_from_camera.translation());
   const Matrix6d model_from_centre = (world_from_model.inverse() * world_from_centre).adjoint();
   const Matrix6d at_centre = model_from_centre.transpose() * h * model_from_centre;
   const Eigen::LDLT<Matrix6d> factors(at_centre);
-  if (factors.info() != Eigen::Success || !factors.isPositive()) return Eigen::Matrix3d::Zero();
-  return factors.solve(Matrix6d::Identity()).bottomRightCorner<3, 3>();
+  if (factors.info() != Eigen::Success || !factors.isPositive()) return Matrix6d::Zero();
+  return factors.solve(Matrix6d::Identity());
 }
 
 LostReason judge(const TrackingResult& result, const RegistrationInput& input, const TrackingParameters& parameters) {
@@ -232,8 +232,7 @@ TrackingResult register_frame(const Backend& backend, const DepthPyramid& live, 
   if (registration.level_count > 0) summarise(state, levels.level(state.next.level), &result);
   result.world_from_camera = (input.world_from_model * state.model_from_live).normalized();
   if (result.rank == 6)
-    result.position_covariance =
-        position_covariance(Matrix6d(state.h), input.world_from_model, result.world_from_camera);
+    result.pose_covariance = pose_covariance(Matrix6d(state.h), input.world_from_model, result.world_from_camera);
   result.reason = judge(result, input, parameters);
   result.status = result.reason == LostReason::none ? TrackingStatus::tracked : TrackingStatus::lost;
   return result;

@@ -35,4 +35,8 @@ kernels::TranslationPrior translation_prior(const Eigen::Vector3d& expected, con
   return {expected, covariance.inverse()};
 }
 
+kernels::PosePrior pose_prior(const SE3& expected, const Matrix6d& covariance) {
+  return {expected, covariance.inverse()};
+}
+
 }  // namespace plumbline

@@ -26,4 +26,7 @@ kernels::TiltAnchor tilt_anchor(const Eigen::Matrix3d& earth_from_camera, const 
 /// `covariance`: metres², positive definite.
 kernels::TranslationPrior translation_prior(const Eigen::Vector3d& expected, const Eigen::Matrix3d& covariance);
 
+/// `covariance`: of (θ, t), world axes, radians² and metres², positive definite.
+kernels::PosePrior pose_prior(const SE3& expected, const Matrix6d& covariance);
+
 }  // namespace plumbline

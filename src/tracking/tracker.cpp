@@ -41,11 +41,13 @@ Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, con
                  const OrientationSensor& sensor)
     : tracking_(parameters.tracking),
       orientation_(parameters.orientation),
+      motion_(parameters.motion),
       backend_(&backend),
       state_{.world_from_camera = world_from_camera,
              .motion = MotionModel(tracking_.speed_sigma, tracking_.speed_memory),
              .turn = {},
-             .guide = OrientationGuide(orientation_, sensor)} {}
+             .guide = OrientationGuide(orientation_, sensor),
+             .filter = MotionFilter(motion_)} {}
 
 TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>* trace) const {
   // The first frame defines the world: it is where it is expected.
@@ -55,6 +57,7 @@ TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>
   TrackedFrame found = found_from(state_.world_from_camera, expected_result, 1);
   if (!input.live.has_depth()) return found;
 
+  if (uses_filter(input.frame)) return track_filtered(input, std::move(found), trace);
   const OrientationUse use = state_.guide.use(input.frame.earth_from_camera);
   if (!state_.is_initialised) {
     found.result.status = TrackingStatus::initialised;
@@ -66,6 +69,47 @@ TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>
   }
   found.orientation = use;
   return found;
+}
+
+/// Whether this frame is predicted by the filter.
+bool Tracker::uses_filter(const Frame& frame) const {
+  return (motion_.gyroscope && !frame.inertial.empty()) || (motion_.steady && !frame.earth_from_camera);
+}
+
+/// The filter at the time of a frame.
+MotionFilter Tracker::propagated(const Frame& frame) const {
+  MotionFilter filter = state_.filter;
+  if (!motion_.gyroscope) {
+    filter.propagate({}, frame.time);
+  } else {
+    filter.propagate(frame.inertial, frame.time);
+  }
+  return filter;
+}
+
+/// Around the registration: it starts from the filter's prediction, holds to it by its covariance, and corrects it.
+TrackedFrame Tracker::track_filtered(const TrackerInput& input, TrackedFrame found,
+                                     std::vector<IcpIteration>* trace) const {
+  const bool is_inertial = motion_.gyroscope && !input.frame.inertial.empty();
+  if (!state_.is_initialised) {
+    found.result.status = TrackingStatus::initialised;
+    if (is_inertial) found.orientation = OrientationUse::first;
+    return found;
+  }
+  const MotionFilter filter = propagated(input.frame);
+  const Prediction expected = predict_filtered(filter, input.frame);
+  found = register_unaided({input, expected}, trace);
+  found.filter = filter;
+  if (is_inertial) found.orientation = OrientationUse::used;
+  return found;
+}
+
+Prediction Tracker::predict_filtered(const MotionFilter& filter, const Frame& frame) const {
+  Prediction expected;
+  expected.world_from_camera = filter.world_from_camera();
+  expected.terms.set(pose_prior(filter.world_from_camera(), filter.pose_covariance()));
+  expected.redundancy = std::max(1.0, motion_.correlation_time / seconds_since_previous(frame));
+  return expected;
 }
 
 /// The pose to start from, and the motion prior where the parameters have one.
@@ -153,7 +197,9 @@ TrackingResult Tracker::register_from(const SE3& seed, const Task& task, bool wi
   input.trace = trace;
   input.terms = task.expected.terms;
   if (with_orientation) state_.guide.add_term(*task.input.frame.earth_from_camera, &input.terms);
-  return register_frame(*backend_, task.input.live.pyramid(), task.input.model.levels, input, tracking);
+  TrackingParameters beside_terms = tracking;
+  beside_terms.redundancy *= task.expected.redundancy;
+  return register_frame(*backend_, task.input.live.pyramid(), task.input.model.levels, input, beside_terms);
 }
 
 void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
@@ -161,9 +207,16 @@ void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
   const SE3& current = tracked.result.world_from_camera;
   if (!tracked.is_first()) {
     const double seconds = seconds_since_previous(frame);
-    state_.motion.observe(previous.translation(), current.translation(), tracked.result.position_covariance, seconds);
+    state_.motion.observe(previous.translation(), current.translation(),
+                          tracked.result.pose_covariance.bottomRightCorner<3, 3>(), seconds);
     state_.turn.observe(previous.rotation(), current.rotation(), seconds);
     state_.previous_agreement = agreement(tracked.result);
+  }
+  if (uses_filter(frame) && !tracked.is_first() && state_.filter.is_started()) {
+    state_.filter = tracked.filter;
+    state_.filter.correct(current, tracked.result.pose_covariance);
+  } else {
+    state_.filter.start(current, frame.time, frame.inertial);
   }
   state_.world_from_camera = current;
   state_.time = frame.time;
@@ -175,6 +228,7 @@ void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
 void Tracker::reject(const TrackedFrame& tracked) {
   if (tracked.was_compared) ++state_.probation;
   if (tracked.result.reason != LostReason::no_depth) state_.turn.forget();
+  if (tracked.filter.is_started()) state_.filter = tracked.filter;
 }
 
 double Tracker::seconds_since_previous(const Frame& frame) const {

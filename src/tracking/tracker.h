@@ -13,6 +13,7 @@
 #include "plumbline/time.h"
 #include "plumbline/tracking.h"
 #include "tracking/live_frame.h"
+#include "tracking/motion_filter.h"
 #include "tracking/motion_model.h"
 #include "tracking/orientation_guide.h"
 #include "tracking/registration.h"
@@ -36,6 +37,7 @@ struct TrackerInput {
 struct Prediction {
   SE3 world_from_camera;  ///< where registration starts without a sensor
   kernels::Terms terms;   ///< what is known of the pose
+  double redundancy = 1;  ///< how much less the images tell beside the terms, as successive frames err alike
 };
 
 /// What the tracker found for one frame, until it is accepted or rejected.
@@ -45,6 +47,7 @@ struct TrackedFrame {
   SE3 world_from_seed;                     ///< where the registration started: the best of the starts
   int starts = 1;                          ///< that were tried
   bool was_compared = false;               ///< with a registration without the sensor
+  MotionFilter filter;                     ///< at the frame's time, before the images
   std::optional<Eigen::Matrix3d> witness;  ///< world_from_camera by which the sensor is judged, if there is one
 
   bool is_first() const { return result.status == TrackingStatus::initialised; }
@@ -61,6 +64,7 @@ struct TrackerState {
   MotionModel motion;
   SteadyTurn turn;
   OrientationGuide guide;
+  MotionFilter filter;
 };
 
 class Tracker {
@@ -90,7 +94,11 @@ class Tracker {
     const Prediction& expected;
   };
 
+  bool uses_filter(const Frame& frame) const;
+  MotionFilter propagated(const Frame& frame) const;
   Prediction predict(const Frame& frame) const;
+  Prediction predict_filtered(const MotionFilter& filter, const Frame& frame) const;
+  TrackedFrame track_filtered(const TrackerInput& input, TrackedFrame found, std::vector<IcpIteration>* trace) const;
   TrackedFrame register_aided(const Task& task, std::vector<IcpIteration>* trace) const;
   TrackedFrame register_unaided(const Task& task, std::vector<IcpIteration>* trace) const;
   TrackedFrame retry_if_doubtful(TrackedFrame found, const Task& task, bool with_orientation,
@@ -104,6 +112,7 @@ class Tracker {
 
   TrackingParameters tracking_;
   OrientationParameters orientation_;
+  MotionParameters motion_;
   const Backend* backend_;
   TrackerState state_;
 };

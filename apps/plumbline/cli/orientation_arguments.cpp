@@ -198,7 +198,8 @@ OrientationStreamOptions stream_options(const OrientationArguments& a) {
   return options;
 }
 
-std::optional<OrientationStream> load_orientation(const OrientationArguments& a, std::vector<std::string>* notes) {
+std::optional<OrientationStream> load_orientation(const OrientationArguments& a, std::vector<std::string>* notes,
+                                                  std::optional<ImuStream>* inertial) {
   if (!is_file(a)) return std::nullopt;
   OrientationStreamOptions options = stream_options(a);
   const OrientationConvention declared = options.convention;
@@ -207,8 +208,15 @@ std::optional<OrientationStream> load_orientation(const OrientationArguments& a,
     throw UsageError("there is no such file", "--orientation " + a.path,
                      "Give a file with lines t qx qy qz qw, or in TUM's or EuRoC's format.");
   const bool raw = holds_recording(a.path) || is_imu_file(a.path);
-  std::vector<OrientationSample> samples = raw ? filtered(load_imu(a.path, notes), a, &options, notes)
-                                               : read_orientations(a.path, declared, notes, &options.convention);
+  std::vector<OrientationSample> samples;
+  if (raw) {
+    const MountedImu imu = load_imu(a.path, notes);
+    samples = filtered(imu, a, &options, notes);
+    if (inertial != nullptr && imu.recording.has_gyroscope)
+      inertial->emplace(imu.recording, options.body_from_camera, options.time_offset);
+  } else {
+    samples = read_orientations(a.path, declared, notes, &options.convention);
+  }
   if (!options.convention.has_heading && notes != nullptr)
     notes->emplace_back("tilt only: the heading is left to the tracking");
   note_error_model(model, notes);
@@ -270,6 +278,7 @@ RecordedOrientation recorded_orientation(const Sequence& sequence, const Orienta
   note_error_model(model, &result.notes);
   OrientationStream stream(with_error(model, std::move(samples)), options);
   if (const std::string problem = overlap_problem(stream, sequence); !problem.empty()) return leave_out(problem);
+  result.inertial.emplace(imu.recording, options.body_from_camera, options.time_offset);
   result.stream.emplace(std::move(stream));
   result.source = fmt::format("the recording's own sensor ({})", name);
   return result;

@@ -11,6 +11,7 @@
 #include "plumbline/imu.h"
 #include "plumbline/parameters.h"
 #include "plumbline/sequence.h"
+#include "sensor/imu_stream.h"
 #include "sensor/orientation_stream.h"
 
 namespace CLI {
@@ -43,6 +44,7 @@ MountedImu load_imu(const std::string& path, std::vector<std::string>* notes);
 /// What the sensor of a recording gives; without a stream, `unused` says why it is not used, or is empty where there is
 /// no sensor.
 struct RecordedOrientation {
+  std::optional<ImuStream> inertial;  ///< the raw readings, where there are some
   std::optional<OrientationStream> stream;
   std::string source, unused;
   std::vector<std::string> notes;
@@ -55,8 +57,10 @@ std::string overlap_problem(const OrientationStream& stream, const Sequence& seq
 
 /// The stream that the options describe; empty without a file. Throws UsageError for values that are not of
 /// their option's form and a file that does not exist, Error for one that holds no orientations.
+/// `inertial`: if given, gets the readings of a gyroscope and an accelerometer, where the file has them.
 std::optional<OrientationStream> load_orientation(const OrientationArguments& arguments,
-                                                  std::vector<std::string>* notes = nullptr);
+                                                  std::vector<std::string>* notes = nullptr,
+                                                  std::optional<ImuStream>* inertial = nullptr);
 
 /// The covariance of --sensor-model, if there is one: radians², earth axes. Throws Error for a file that is none.
 std::optional<Eigen::Matrix3d> sensor_covariance(const OrientationArguments& arguments);

@@ -78,13 +78,14 @@ void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) 
 
 /// Of the recording's own sensor, or of a file, which must then serve some frame.
 void set_up_orientation(const OrientationArguments& arguments, ReconstructionOptions* options) {
-  options->orientation = load_orientation(arguments, &options->orientation_notes);
+  options->orientation = load_orientation(arguments, &options->orientation_notes, &options->inertial);
   options->orientation_source = describe(arguments);
   if (arguments.path == kAutoOrientation || options->orientation)
     options->opened = open_sequence(options->sequence, options->input);
   if (arguments.path == kAutoOrientation) {
     RecordedOrientation recorded = recorded_orientation(*options->opened, arguments);
     options->orientation = std::move(recorded.stream);
+    options->inertial = std::move(recorded.inertial);
     options->orientation_source = recorded.source;
     options->orientation_notes = std::move(recorded.notes);
     options->unused = recorded.unused;

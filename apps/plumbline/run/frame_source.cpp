@@ -5,6 +5,11 @@
 #include "cli/sequence_text.h"
 
 namespace plumbline::app {
+namespace {
+
+constexpr Nanoseconds kBeforeFirstFrame = kNanosecondsPerSecond / 20;  // readings that tell where up is
+
+}  // namespace
 
 std::vector<int> chosen_frames(const Sequence& sequence, int max_frames, int stride) {
   std::vector<int> indices;
@@ -16,10 +21,11 @@ std::vector<int> chosen_frames(const Sequence& sequence, int max_frames, int str
 }
 
 FileSource::FileSource(std::unique_ptr<Sequence> sequence, std::vector<int> indices, const OrientationStream* stream,
-                       std::vector<std::string> stream_lines)
+                       std::vector<std::string> stream_lines, const ImuStream* inertial)
     : sequence_(std::move(sequence)),
       total_(static_cast<int>(indices.size())),
       stream_(stream),
+      inertial_(inertial),
       stream_lines_(std::move(stream_lines)),
       reader_(*sequence_, std::move(indices)) {}
 
@@ -33,6 +39,10 @@ std::optional<Frame> FileSource::next(const std::function<bool()>& stopping) {
   if (stopping()) return std::nullopt;
   std::optional<Frame> frame = reader_.next();
   if (frame && stream_ != nullptr) reading_ = add_orientation(*stream_, &*frame);
+  if (frame && inertial_ != nullptr) {
+    frame->inertial = inertial_->between(previous_time_.value_or(frame->time - kBeforeFirstFrame), frame->time);
+    previous_time_ = frame->time;
+  }
   return frame;
 }
 

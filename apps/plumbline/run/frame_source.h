@@ -10,6 +10,7 @@
 #include "io/prefetch.h"
 #include "plumbline/frame.h"
 #include "plumbline/sequence.h"
+#include "sensor/imu_stream.h"
 #include "sensor/orientation_stream.h"
 
 namespace plumbline::app {
@@ -54,9 +55,9 @@ class FrameSource {
 /// Frames of a sequence, decoded ahead, with the orientation of a stream.
 class FileSource : public FrameSource {
  public:
-  /// `stream` may be null and must outlive the source; `stream_lines` describe it.
+  /// `stream` and `inertial` may be null and must outlive the source; `stream_lines` describe it.
   FileSource(std::unique_ptr<Sequence> sequence, std::vector<int> indices, const OrientationStream* stream,
-             std::vector<std::string> stream_lines);
+             std::vector<std::string> stream_lines, const ImuStream* inertial = nullptr);
 
   SequenceInfo info() const override { return sequence_->info(); }
   std::vector<std::string> describe() const override;
@@ -73,6 +74,8 @@ class FileSource : public FrameSource {
   std::unique_ptr<Sequence> sequence_;
   int total_;
   const OrientationStream* stream_;
+  const ImuStream* inertial_;
+  std::optional<Nanoseconds> previous_time_;  ///< of the frame before
   std::vector<std::string> stream_lines_;
   std::optional<OrientationReading> reading_;
   std::size_t told_ = 0;   ///< of reader_.skipped()

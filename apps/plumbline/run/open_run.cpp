@@ -102,7 +102,8 @@ std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Re
     lines = describe(*options.orientation, options.orientation_source, options.orientation_notes,
                      options.parameters.orientation);
   auto files = std::make_unique<FileSource>(std::move(sequence), std::move(frames),
-                                            options.orientation ? &*options.orientation : nullptr, std::move(lines));
+                                            options.orientation ? &*options.orientation : nullptr, std::move(lines),
+                                            options.inertial ? &*options.inertial : nullptr);
   if (options.realtime == 0) return files;
   return std::make_unique<RealtimeSource>(std::move(files), options.realtime);
 }
