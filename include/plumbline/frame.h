@@ -20,8 +20,9 @@ struct Frame {
   ColorImage color;           ///< empty, or registered to the depth image (same size and intrinsics)
   /// Measured orientation of the camera at `time`, earth axes (x east, y north, z up); empty without a sensor.
   std::optional<Eigen::Matrix3d> earth_from_camera = {};
-  /// Readings of a gyroscope and an accelerometer from the previous frame to this one, camera axes, ordered by time, the
-  /// first and the final one at the frames' own times where the sensor covers them; empty without such a sensor.
+  /// Readings of a gyroscope and an accelerometer, camera axes, ordered by time: those from the previous frame to this
+  /// one, and some before and after where they are known already, as the sensor's clock may be off; empty without such
+  /// a sensor.
   std::vector<ImuSample> inertial = {};
 };
 

@@ -92,6 +92,7 @@ struct MotionParameters {
   bool accelerometer = true;
   bool steady = false;
   double correlation_time = 1.5;
+  double offset_sigma = 0.03;
   double acceleration_sigma = 0.05;
   double steady_turn_sigma = 0.3;
   double steady_speed_sigma = 1.5;
@@ -213,6 +214,8 @@ void motion_fields(P& p, Visitor&& v) {
   v("correlation_time", p.correlation_time, "s",
     "over which the errors of successive registrations are alike: divides the images' information in the filter",
     Range{0, 100});
+  v("offset_sigma", p.offset_sigma, "s", "how far the sensor's clock may be off at the start; it is estimated",
+    Range{0, 1});
   v("acceleration_sigma", p.acceleration_sigma, "m/s/sqrt(s)", "random walk of the velocity beside the accelerometer",
     Range{1e-4, 100});
   v("steady_turn_sigma", p.steady_turn_sigma, "rad/sqrt(s)", "random walk of the rotation without readings",

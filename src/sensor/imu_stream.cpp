@@ -11,15 +11,6 @@ namespace {
 
 bool is_before(const ImuSample& sample, Nanoseconds time) { return sample.time < time; }
 
-ImuSample interpolated(const ImuSample& a, const ImuSample& b, Nanoseconds time) {
-  const double share = static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time);
-  ImuSample sample;
-  sample.time = time;
-  sample.angular_rate = a.angular_rate + share * (b.angular_rate - a.angular_rate);
-  sample.specific_force = a.specific_force + share * (b.specific_force - a.specific_force);
-  return sample;
-}
-
 }  // namespace
 
 ImuStream::ImuStream(ImuRecording recording, const Eigen::Matrix3d& body_from_camera, double time_offset)
@@ -39,18 +30,8 @@ ImuStream::ImuStream(ImuRecording recording, const Eigen::Matrix3d& body_from_ca
 
 std::vector<ImuSample> ImuStream::between(Nanoseconds from, Nanoseconds to) const {
   const auto first = std::lower_bound(samples_.begin(), samples_.end(), from, is_before),
-             end = std::lower_bound(first, samples_.end(), to, is_before);
-  std::vector<ImuSample> readings;
-  if (first != samples_.begin() && first != samples_.end() && first->time > from)
-    readings.push_back(interpolated(*std::prev(first), *first, from));
-  readings.insert(readings.end(), first, end);
-  if (end == samples_.end()) return readings;
-  if (end->time == to) {
-    readings.push_back(*end);
-  } else if (end != samples_.begin()) {
-    readings.push_back(interpolated(*std::prev(end), *end, to));
-  }
-  return readings;
+             end = std::lower_bound(first, samples_.end(), to + 1, is_before);
+  return {first, end};
 }
 
 }  // namespace plumbline

@@ -14,7 +14,7 @@ class ImuStream {
   /// `time_offset`: seconds, added to the sensor's stamps. Throws Error for samples that are not ordered by time.
   ImuStream(ImuRecording recording, const Eigen::Matrix3d& body_from_camera, double time_offset);
 
-  /// The readings of `from` ≤ t ≤ `to`, ordered, with one at either end interpolated where readings lie around it.
+  /// The readings of `from` ≤ t ≤ `to`, ordered.
   std::vector<ImuSample> between(Nanoseconds from, Nanoseconds to) const;
 
   const std::vector<ImuSample>& samples() const { return samples_; }  ///< camera's clock and axes

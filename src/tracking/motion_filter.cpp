@@ -11,11 +11,14 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Places of the parts of the error state.
-constexpr int kTheta = 0, kPosition = 3, kVelocity = 6, kGyroscopeBias = 9, kAccelerometerBias = 12, kGravity = 15;
+constexpr int kTheta = 0, kPosition = 3, kVelocity = 6, kGyroscopeBias = 9, kAccelerometerBias = 12, kGravity = 15,
+              kTimeOffset = 18;
 
 constexpr double kStandardGravity = 9.81;  // m/s²
 // Longest time between two readings over which the rate is taken to be constant.
 constexpr double kMaxReadingGap = 0.1;  // seconds
+// Readings are kept for so long, as the sensor's clock may be off by up to the other.
+constexpr double kMemory = 0.5, kMaxTimeOffset = 0.15;  // seconds
 
 // Standard deviations at the start: of a pose that defines the world, of a hand's speed, of a sensor's biases, and of
 // gravity by one reading of a hand that moves: across it and along it.
@@ -23,6 +26,21 @@ constexpr double kStartPose = 1e-3, kStartSpeed = 0.5, kStartGyroscopeBias = 0.0
                  kStartGravityAcross = 0.5, kStartGravityAlong = 0.03;
 // Random walks per √s: of a rotation by its gyroscope (and by its scale, per rad/s), and of the biases.
 constexpr double kRotationWalk = 0.003, kScaleWalk = 0.003, kGyroscopeBiasWalk = 1e-4, kAccelerometerBiasWalk = 3e-3;
+
+ImuSample interpolated(const ImuSample& a, const ImuSample& b, Nanoseconds time) {
+  const double share = static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time);
+  ImuSample sample;
+  sample.time = time;
+  sample.angular_rate = a.angular_rate + share * (b.angular_rate - a.angular_rate);
+  sample.specific_force = a.specific_force + share * (b.specific_force - a.specific_force);
+  return sample;
+}
+
+const ImuSample& nearest_to(Nanoseconds time, const std::vector<ImuSample>& readings) {
+  return *std::min_element(readings.begin(), readings.end(), [&](const ImuSample& a, const ImuSample& b) {
+    return std::abs(a.time - time) < std::abs(b.time - time);
+  });
+}
 
 using Block = Eigen::Block<MotionFilter::Covariance, 3, 3>;
 Block block(MotionFilter::Covariance& m, int row, int column) { return m.block<3, 3>(row, column); }
@@ -43,9 +61,12 @@ void MotionFilter::start(const SE3& world_from_camera, Nanoseconds time, const s
   add_variance(covariance_, kVelocity, kStartSpeed, 1);
   add_variance(covariance_, kGyroscopeBias, kStartGyroscopeBias, 1);
   add_variance(covariance_, kAccelerometerBias, kStartAccelerometerBias, 1);
+  covariance_(kTimeOffset, kTimeOffset) = parameters_.offset_sigma * parameters_.offset_sigma;
   if (readings.empty()) return;
-  rate_ = readings.back().angular_rate;
-  if (parameters_.accelerometer) set_gravity(readings.back().specific_force);
+  remember(readings);
+  const ImuSample& nearest = nearest_to(time, readings);
+  rate_ = nearest.angular_rate;
+  if (parameters_.accelerometer) set_gravity(nearest.specific_force);
 }
 
 void MotionFilter::set_gravity(const Vector3d& specific_force) {
@@ -57,32 +78,36 @@ void MotionFilter::set_gravity(const Vector3d& specific_force) {
   block(covariance_, kGravity, kGravity) = across * Matrix3d::Identity() + (along - across) * up * up.transpose();
 }
 
+void MotionFilter::remember(const std::vector<ImuSample>& readings) {
+  const Nanoseconds oldest = time_ - from_seconds(kMemory);
+  std::erase_if(readings_, [&](const ImuSample& reading) { return reading.time < oldest; });
+  for (const ImuSample& reading : readings)
+    if (readings_.empty() || reading.time > readings_.back().time) readings_.push_back(reading);
+}
+
 void MotionFilter::propagate(const std::vector<ImuSample>& readings, Nanoseconds time) {
+  remember(readings);
   is_inertial_ = false;
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    const ImuSample& next = readings[i];
-    const ImuSample& before = readings[i > 0 ? i - 1 : 0];
-    const Nanoseconds until = std::min(next.time, time);
-    if (until <= time_) continue;
-    const double seconds = to_seconds(until - time_);
-    if (i == 0 || to_seconds(next.time - before.time) > kMaxReadingGap) {
-      step_steadily(seconds);
-    } else {
-      if (!has_gravity_ && parameters_.accelerometer) set_gravity(before.specific_force);
-      step((before.angular_rate + next.angular_rate) / 2, (before.specific_force + next.specific_force) / 2, seconds);
-      is_inertial_ = true;
-    }
-    time_ = until;
+  const Nanoseconds offset = from_seconds(time_offset_);
+  for (std::size_t i = 0; i + 1 < readings_.size(); ++i) {
+    const ImuSample &a = readings_[i], &b = readings_[i + 1];
+    const Nanoseconds from = std::max(a.time - offset, time_), to = std::min(b.time - offset, time);
+    if (from >= to || to_seconds(b.time - a.time) > kMaxReadingGap) continue;
+    if (from > time_) step_steadily(to_seconds(from - time_));
+    if (!has_gravity_ && parameters_.accelerometer) set_gravity(a.specific_force);
+    step(interpolated(a, b, from + offset), interpolated(a, b, to + offset));
+    time_ = to;
+    is_inertial_ = true;
   }
   if (time_ < time) step_steadily(to_seconds(time - time_));
   time_ = time;
 }
 
-void MotionFilter::step(const Vector3d& angular_rate, const Vector3d& specific_force, double seconds) {
-  const double dt = seconds;
+void MotionFilter::step(const ImuSample& from, const ImuSample& to) {
+  const double dt = to_seconds(to.time - from.time);
   const Matrix3d rotation = world_from_camera_.rotation();
-  rate_ = angular_rate - gyroscope_bias_;
-  const Vector3d force = rotation * (specific_force - accelerometer_bias_);
+  rate_ = (from.angular_rate + to.angular_rate) / 2 - gyroscope_bias_;
+  const Vector3d force = rotation * ((from.specific_force + to.specific_force) / 2 - accelerometer_bias_);
   const Vector3d acceleration = has_gravity_ ? Vector3d(force + gravity_) : Vector3d(Vector3d::Zero());
 
   const Vector3d position = world_from_camera_.translation() + velocity_ * dt + 0.5 * dt * dt * acceleration;
@@ -91,11 +116,14 @@ void MotionFilter::step(const Vector3d& angular_rate, const Vector3d& specific_f
 
   Covariance f = Covariance::Identity();
   block(f, kTheta, kGyroscopeBias) = -dt * rotation;
+  // Readings of a time δτ later: the rate, and the force, of the end in exchange for that of the beginning.
+  f.block<3, 1>(kTheta, kTimeOffset) = rotation * (to.angular_rate - from.angular_rate);
   block(f, kPosition, kVelocity) = dt * Matrix3d::Identity();
   if (has_gravity_) {
     block(f, kVelocity, kTheta) = -dt * hat(force);
     block(f, kVelocity, kAccelerometerBias) = -dt * rotation;
     block(f, kVelocity, kGravity) = dt * Matrix3d::Identity();
+    f.block<3, 1>(kVelocity, kTimeOffset) = rotation * (to.specific_force - from.specific_force);
   }
   covariance_ = f * covariance_ * f.transpose();
   add_variance(covariance_, kTheta, std::hypot(kRotationWalk, kScaleWalk * rate_.norm()), dt);
@@ -123,13 +151,14 @@ void MotionFilter::correct(const SE3& world_from_camera, const Matrix6d& covaria
   innovation.head<3>() = so3::log(Matrix3d(world_from_camera.rotation() * world_from_camera_.rotation().transpose()));
   innovation.tail<3>() = world_from_camera.translation() - world_from_camera_.translation();
   const Eigen::LDLT<Matrix6d> factors(predicted);
-  const Eigen::Matrix<double, 6, 18> gain = factors.solve(covariance_.topRows<6>());
+  const Eigen::Matrix<double, 6, 19> gain = factors.solve(covariance_.topRows<6>());
   covariance_ -= gain.transpose() * (predicted - covariance) * gain;
   covariance_ = ((covariance_ + covariance_.transpose()) / 2).eval();
 
   velocity_ += gain.middleCols<3>(kVelocity).transpose() * innovation;
   gyroscope_bias_ += gain.middleCols<3>(kGyroscopeBias).transpose() * innovation;
   accelerometer_bias_ += gain.middleCols<3>(kAccelerometerBias).transpose() * innovation;
+  time_offset_ = std::clamp(time_offset_ + gain.col(kTimeOffset).dot(innovation), -kMaxTimeOffset, kMaxTimeOffset);
   gravity_ += gain.middleCols<3>(kGravity).transpose() * innovation;
   if (!is_inertial_ && time_ > previous_corrected_time_)
     rate_ = so3::log(Matrix3d(previous_corrected_.rotation().transpose() * world_from_camera.rotation())) /

@@ -16,7 +16,7 @@ namespace plumbline {
 /// What the filter knows: a value, which can be copied, kept and set back.
 class MotionFilter {
  public:
-  using Covariance = Eigen::Matrix<double, 18, 18>;
+  using Covariance = Eigen::Matrix<double, 19, 19>;
 
   explicit MotionFilter(const MotionParameters& parameters = {}) : parameters_(parameters) {}
 
@@ -24,8 +24,9 @@ class MotionFilter {
   /// Begins at a pose that is known. The readings, camera axes, tell where up is; there may be none.
   void start(const SE3& world_from_camera, Nanoseconds time, const std::vector<ImuSample>& readings);
 
-  /// To the time of the next frame. `readings`: camera axes, ordered, those of the time between. Where there are none,
-  /// the camera goes on moving and turning as it did, ever less surely.
+  /// To the time of the next frame. `readings`: camera axes, ordered, those of the time between and, where they are
+  /// known already, some before and after it, as the sensor's clock may be off. Where there are none, the camera goes
+  /// on moving and turning as it did, ever less surely.
   void propagate(const std::vector<ImuSample>& readings, Nanoseconds time);
 
   /// A registered pose with its covariance, which has the prediction in it: (θ, t), world axes, radians and metres.
@@ -39,12 +40,15 @@ class MotionFilter {
   const Eigen::Vector3d& gravity() const { return gravity_; }                ///< m/s², world; zero without readings
   const Eigen::Vector3d& gyroscope_bias() const { return gyroscope_bias_; }  ///< rad/s, camera axes
   const Eigen::Vector3d& accelerometer_bias() const { return accelerometer_bias_; }  ///< m/s², camera axes
+  /// What must be added to a frame's time to find its readings, seconds: by how much the sensor's stamps are late.
+  double time_offset() const { return time_offset_; }
   /// Whether the step to the present time was made by readings.
   bool is_inertial() const { return is_inertial_; }
 
  private:
-  /// One reading over an interval.
-  void step(const Eigen::Vector3d& angular_rate, const Eigen::Vector3d& specific_force, double seconds);
+  void remember(const std::vector<ImuSample>& readings);
+  /// From one reading to the next.
+  void step(const ImuSample& from, const ImuSample& to);
   void step_steadily(double seconds);
   void set_gravity(const Eigen::Vector3d& specific_force);
 
@@ -54,6 +58,8 @@ class MotionFilter {
   SE3 world_from_camera_;
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero(), gyroscope_bias_ = Eigen::Vector3d::Zero(),
                   accelerometer_bias_ = Eigen::Vector3d::Zero(), gravity_ = Eigen::Vector3d::Zero();
+  double time_offset_ = 0;                          ///< seconds
+  std::vector<ImuSample> readings_;                 ///< of the recent time, ordered
   Eigen::Vector3d rate_ = Eigen::Vector3d::Zero();  ///< rad/s, camera axes, of the previous step
   SE3 previous_corrected_;                          ///< pose and time of the previous correction
   Nanoseconds previous_corrected_time_ = 0;

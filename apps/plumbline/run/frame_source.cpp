@@ -7,7 +7,8 @@
 namespace plumbline::app {
 namespace {
 
-constexpr Nanoseconds kBeforeFirstFrame = kNanosecondsPerSecond / 20;  // readings that tell where up is
+// The sensor's clock may be off by as much, which the tracker finds out.
+constexpr Nanoseconds kAroundFrame = kNanosecondsPerSecond / 5;
 
 }  // namespace
 
@@ -40,7 +41,8 @@ std::optional<Frame> FileSource::next(const std::function<bool()>& stopping) {
   std::optional<Frame> frame = reader_.next();
   if (frame && stream_ != nullptr) reading_ = add_orientation(*stream_, &*frame);
   if (frame && inertial_ != nullptr) {
-    frame->inertial = inertial_->between(previous_time_.value_or(frame->time - kBeforeFirstFrame), frame->time);
+    frame->inertial =
+        inertial_->between(previous_time_.value_or(frame->time) - kAroundFrame, frame->time + kAroundFrame);
     previous_time_ = frame->time;
   }
   return frame;
