@@ -105,7 +105,7 @@ class Run:
         return json.loads(figures)["estimates"][0]["translation_m"]["rmse"]
 
     def write_all_frames(self):
-        """A trajectory of all frames, a lost one with the last pose that was believed: trajectory.txt leaves lost
+        """A trajectory of all frames, a lost one with the previous accepted pose: trajectory.txt leaves lost
         frames out, so that a run that lost most of them has a short path with little to be wrong about."""
         name = "all_frames.txt"
         with open(self.folder / name, "w", encoding="utf-8") as out:

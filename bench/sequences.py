@@ -8,7 +8,7 @@ The paths are those of shared/data beside the checkout, or PLUMBLINE_DATA. What 
 not made again. The orientation is the sequence's ground truth: as it is ("ideal"), and with the error model of a BNO055
 under several seeds. A run has one thread.
 
-ATE here is over all frames: a lost one counts with the last pose that was believed. Over the tracked frames alone, as
+ATE here is over all frames: a lost one counts with the previous accepted pose. Over the tracked frames alone, as
 summary.json has it, a run that loses most of its frames looks good.
 """
 
@@ -205,7 +205,7 @@ def main():
     jobs = [(sequence, row, runs_of(sequence, row, arguments)) for sequence in sequences for row in rows]
     results = runs.each(measure, [run for _, _, some in jobs for run in some], arguments.jobs)
     options = f", `{' '.join(arguments.options)}`" if arguments.options else ""
-    print("ATE RMSE in m over all frames, a lost one with the last pose that was believed; lost frames in brackets. "
+    print("ATE RMSE in m over all frames, a lost one with the previous accepted pose; lost frames in brackets. "
           f"bno055: mean ± standard deviation over seeds 1 to {arguments.seeds}, the worst, and the mean of the lost. "
           f"`plumbline` in its own volume, the others with `{' '.join(runs.PAPERS_VOLUME)}`{options}.\n")
     head("scene", "path", "speed", "frames", *rows)

@@ -97,7 +97,7 @@ Table table_of(const std::vector<Run>& runs, const Outcomes& outcomes) {
   table.columns = {"run",         "status",     "frames",     "lost", "ATE RMSE (m)", "ATE all frames (m)",
                    "RPE 1 s (m)", "iterations", "ms a frame", "error"};
   table.notes = {
-      "ATE of the tracked frames, and of all frames, where a lost one counts with the last pose that was believed; RPE "
+      "ATE of the tracked frames, and of all frames, where a lost one counts with the previous accepted pose; RPE "
       "of all frames; median time a frame."};
   for (std::size_t i = 0; i < runs.size(); ++i) table.rows.push_back(row_of(runs[i], outcomes.runs[i]));
   return table;
@@ -111,14 +111,14 @@ void write_table(const Table& table, const fs::path& folder) {
 
 /// The first of those that did not come to their end, with their whole messages; the table has all.
 void say_failures(const std::vector<Run>& runs, const Outcomes& outcomes) {
-  constexpr int kMost = 5;
+  constexpr int kMaxShown = 5;
   int failed = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const RunOutcome& outcome = outcomes.runs[i];
     if (outcome.status == RunStatus::finished || outcome.error.empty()) continue;
-    if (++failed <= kMost) complain(fmt::format("{}: {}", runs[i].name, outcome.error));
+    if (++failed <= kMaxShown) complain(fmt::format("{}: {}", runs[i].name, outcome.error));
   }
-  if (failed > kMost) complain(fmt::format("{} more runs failed", failed - kMost));
+  if (failed > kMaxShown) complain(fmt::format("{} more runs failed", failed - kMaxShown));
 }
 
 int batch(const BatchArguments& arguments) {

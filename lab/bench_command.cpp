@@ -60,25 +60,25 @@ struct StageTable {
   double bytes_per_second = 0;
 };
 
+std::string times_text(const std::string& name, const std::vector<double>& milliseconds) {
+  std::string line = fmt::format("{:<26}", name);
+  for (const double time : milliseconds) line += fmt::format("{:>10.3f} ms", time);
+  return line;
+}
+
 void say_table(const StageTable& table) {
   std::string head = fmt::format("{:<26}", "stage");
   for (const std::string& column : table.columns) head += fmt::format("{:>13}", column);
   say("{}{:>11}{:>10}{:>11}{:>8}", head, "ns/item", "MB", "floor", "times");
   std::vector<double> totals(table.columns.size(), 0);
   for (const Row& row : table.rows) {
-    std::string line = fmt::format("{:<26}", row.stage.name);
-    for (std::size_t i = 0; i < table.columns.size(); ++i) {
-      line += fmt::format("{:>10.3f} ms", row.milliseconds[i]);
-      if (row.stage.is_whole) totals[i] += row.milliseconds[i];
-    }
+    for (std::size_t i = 0; row.stage.is_whole && i < totals.size(); ++i) totals[i] += row.milliseconds[i];
     const double floor = 1e3 * row.stage.bytes / table.bytes_per_second, judged = row.milliseconds[table.judged];
-    say("{}{:>11}{:>10.1f}{:>8.3f} ms{:>8.1f}", line,
+    say("{}{:>11}{:>10.1f}{:>8.3f} ms{:>8.1f}", times_text(row.stage.name, row.milliseconds),
         fmt::format("{:.2f}/{}", 1e6 * judged / std::max(1.0, row.stage.items), row.stage.item), 1e-6 * row.stage.bytes,
         floor, judged / floor);
   }
-  std::string line = fmt::format("{:<26}", "sum of the stages");
-  for (const double total : totals) line += fmt::format("{:>10.3f} ms", total);
-  say(line);
+  say(times_text("sum of the stages", totals));
 }
 
 int processors() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
@@ -155,14 +155,17 @@ void bench_device(const BenchArguments& arguments, const Parameters& parameters,
       1e-9 * table.bytes_per_second);
 }
 
+StageFrames frames_of(const BenchArguments& arguments) {
+  if (arguments.sequence.empty()) return simulated_frames(arguments.width, arguments.height, arguments.warm_up);
+  return recorded_frames(arguments.sequence, arguments.warm_up);
+}
+
 int bench(const BenchArguments& arguments) {
   const Parameters parameters = effective_parameters(arguments.parameters);
   if (!arguments.output.empty() && !arguments.grow)
     throw UsageError("only the figure of --grow is written", "-o", "Add --grow, or leave it out.");
   if (arguments.grow) return bench_growth(arguments, parameters);
-  const StageFrames frames = arguments.sequence.empty()
-                                 ? simulated_frames(arguments.width, arguments.height, arguments.warm_up)
-                                 : recorded_frames(arguments.sequence, arguments.warm_up);
+  const StageFrames frames = frames_of(arguments);
   const auto say_head = [&](const Backend& backend) {
     say("{}; {}x{}, {}^3 voxels; {}", backend.description(), frames.camera.width, frames.camera.height,
         parameters.volume.resolution,

@@ -93,6 +93,18 @@ pid_t start_program(const std::string& program, const std::vector<std::string>& 
   _exit(kNoSuchProgram);
 }
 
+namespace {
+
+/// The exit code as a shell gives it.
+int wait_for(pid_t pid) {
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
 Captured capture(const std::vector<std::string>& words) {
   std::vector<std::string> copy = words;
   const std::vector<char*> pointers = pointers_to(copy);
@@ -107,10 +119,8 @@ Captured capture(const std::vector<std::string>& words) {
     execvp(pointers[0], pointers.data());
     _exit(kNoSuchProgram);
   }
-  int status = 0;
-  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(out.get()), content(err.get())};
+  const int exit_code = wait_for(pid);
+  return {exit_code, content(out.get()), content(err.get())};
 }
 
 }  // namespace plumbline::app

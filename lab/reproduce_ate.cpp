@@ -140,7 +140,7 @@ Table papers_table(const ReproduceOptions& options, const std::vector<DatasetSou
       fmt::format(
           "Here: {}; presets `kinectfusion` and `paper` in a volume of 6 m; +noise: the error model of a BNO055, mean "
           "of "
-          "seeds 1 to {}; all frames count, a lost one with the last pose that was believed; RPE over 1 s. AVG and "
+          "seeds 1 to {}; all frames count, a lost one with the previous accepted pose; RPE over 1 s. AVG and "
           "Improv. over the datasets where all runs came to their end; of the paper: all eleven, whole.",
           frames_text(options), options.seeds),
       "Datasets with a scene in brackets are the recorded path of the hand through a simulated scene: compare their "
@@ -219,12 +219,18 @@ Plot plot_of(const std::vector<DatasetSource>& sources, const Rows& rows) {
   return plot;
 }
 
-}  // namespace
-
-Plan plan_ate(const ReproduceOptions& options) {
+/// The data sets at every stride.
+std::vector<DatasetSource> thinned_sources(const ReproduceOptions& options) {
   std::vector<DatasetSource> sources;
   for (const DatasetSource& source : dataset_sources(options, options.frames))
     for (const int stride : options.strides) sources.push_back(thinned(source, stride));
+  return sources;
+}
+
+}  // namespace
+
+Plan plan_ate(const ReproduceOptions& options) {
+  const std::vector<DatasetSource> sources = thinned_sources(options);
   Plan plan;
   for (const DatasetSource& source : sources) {
     if (source.simulate) plan.sequences.push_back(*source.simulate);

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostPrinted = 60;  // rows of a table on the terminal
+constexpr std::size_t kMaxPrinted = 60;  // rows of a table on the terminal
 
 struct Item {
   const char* name;
@@ -86,7 +86,7 @@ void write_result(const ReproduceResult& result, const fs::path& folder, std::st
   for (const Table& table : result.tables) {
     write_file((folder / (table.name + ".csv")).string(), table_csv(table));
     write_file((folder / (table.name + ".md")).string(), table_markdown(table));
-    if (table.rows.size() > kMostPrinted) continue;
+    if (table.rows.size() > kMaxPrinted) continue;
     *document += table_markdown(table) + "\n";
     say("\n{}\n\n{}", table.title, table_text(table));
     for (const std::string& note : table.notes) say("{}", note);
@@ -163,8 +163,8 @@ void add_sizes(CLI::App& command, ReproduceOptions& o) {
       ->capture_default_str()
       ->type_name("NAME");
   list("--sensors", o.sensors, "Of the table of λ: ideal, bno055", "NAME,…")->check(CLI::IsMember({"ideal", "bno055"}));
-  const auto number = [&](const char* name, int& value, const char* help, int least) {
-    command.add_option(name, value, help)->check(CLI::Range(least, 1'000'000))->capture_default_str()->type_name("N");
+  const auto number = [&](const char* name, int& value, const char* help, int lowest) {
+    command.add_option(name, value, help)->check(CLI::Range(lowest, 1'000'000))->capture_default_str()->type_name("N");
   };
   number("--frames", o.frames, "The first so many of each sequence, 0 for all", 0);
   number("--timed-frames", o.timed_frames, "Same, for the tables of times", 0);

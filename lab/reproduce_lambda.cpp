@@ -165,7 +165,7 @@ ReproduceResult result(const ReproduceOptions& options, const std::vector<Datase
     result.tables.back().notes = {
         fmt::format("Preset `paper` against `kinectfusion`, both in a volume of 6 m; ATE RMSE of all frames, where a "
                     "lost one counts with "
-                    "the last pose that was believed. n is the matched fraction. Over {}; {} frames of each{}. The "
+                    "the previous accepted pose. n is the matched fraction. Over {}; {} frames of each{}. The "
                     "paper does not say which "
                     "of the two means it has.",
                     fmt::join(names, ", "), options.frames > 0 ? fmt::format("the first {}", options.frames) : "all",

@@ -104,9 +104,9 @@ double usual_end(const std::vector<const Found*>& all) {
     for (const auto& f : *found)
       if (f) times.insert(times.end(), f->frame_ms.begin(), f->frame_ms.end());
   if (times.empty()) return 1;
-  const auto most = times.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(times.size() - 1));
-  std::nth_element(times.begin(), most, times.end());
-  return std::max(1.0, *most);
+  const auto slow = times.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(times.size() - 1));
+  std::nth_element(times.begin(), slow, times.end());
+  return std::max(1.0, *slow);
 }
 
 std::vector<Cell> iterations_row(const std::string& name, const std::vector<Found>& found, double frames,

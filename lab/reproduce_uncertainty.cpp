@@ -66,9 +66,9 @@ Characteristic characterise(int axis, int seed) {
 }
 
 double largest(const std::vector<double>& values) {
-  double most = 0;
-  for (const double value : values) most = std::max(most, std::abs(value));
-  return most;
+  double result = 0;
+  for (const double value : values) result = std::max(result, std::abs(value));
+  return result;
 }
 
 /// Root mean square over the reference orientations: the standard uncertainty of a reading at an unknown one.

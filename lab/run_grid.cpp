@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostParts = 64;  // of a path, in a name
+constexpr int kMaxParts = 64;  // of a path, in a name
 
 /// The last `parts` of a path, joined.
 std::string tail(const fs::path& path, int parts) {
@@ -135,7 +135,7 @@ std::vector<std::string> sequence_names(const std::vector<std::string>& paths) {
   for (int parts = 1;; ++parts) {
     std::vector<std::string> names;
     for (const std::string& path : paths) names.push_back(in_a_name(tail(clean(path), parts)));
-    if (parts == kMostParts || std::set<std::string>(names.begin(), names.end()).size() == names.size()) return names;
+    if (parts == kMaxParts || std::set<std::string>(names.begin(), names.end()).size() == names.size()) return names;
   }
 }
 
@@ -147,6 +147,19 @@ std::vector<std::string> sensor_arguments(const RunSensor& sensor) {
   return words;
 }
 
+namespace {
+
+Run run_of(const Grid& grid, const Choice& choice, const std::string& name, const fs::path& sequence,
+           const std::string& output) {
+  Run run{name + choice.name, (fs::absolute(output) / (name + choice.name)).string(), {}, grid.incidental};
+  run.arguments = {"run", sequence.string(), "-o", run.folder};
+  run.arguments.insert(run.arguments.end(), choice.arguments.begin(), choice.arguments.end());
+  run.arguments.insert(run.arguments.end(), grid.arguments.begin(), grid.arguments.end());
+  return run;
+}
+
+}  // namespace
+
 std::vector<Run> runs_of(const Grid& grid, const std::string& output) {
   std::vector<Run> runs;
   const std::vector<std::string> names = sequence_names(grid.sequences);
@@ -155,13 +168,7 @@ std::vector<Run> runs_of(const Grid& grid, const std::string& output) {
     Choices choices = preset_choices(grid);
     for (const Variation& variation : grid.variations) choices = product(choices, variation_choices(variation));
     choices = product(product(choices, sensor_choices(grid, sequence)), stride_choices(grid));
-    for (const Choice& choice : choices) {
-      Run run{names[i] + choice.name, (fs::absolute(output) / (names[i] + choice.name)).string(), {}, grid.incidental};
-      run.arguments = {"run", sequence.string(), "-o", run.folder};
-      run.arguments.insert(run.arguments.end(), choice.arguments.begin(), choice.arguments.end());
-      run.arguments.insert(run.arguments.end(), grid.arguments.begin(), grid.arguments.end());
-      runs.push_back(run);
-    }
+    for (const Choice& choice : choices) runs.push_back(run_of(grid, choice, names[i], sequence, output));
   }
   check_distinct(runs);
   return runs;

@@ -21,8 +21,8 @@ using Json = nlohmann::ordered_json;
 
 std::string record_path(const Run& run) { return (fs::path(run.folder) / "run.json").string(); }
 
-/// What a program said last: its error, with the advice that follows, or else the last line.
-std::string last_words(const std::string& log) {
+/// The end of what a program said: its error, with the advice that follows, or else the final line.
+std::string final_words(const std::string& log) {
   constexpr std::string_view kMark = "plumbline: error: ";
   std::string_view text = log;
   while (!text.empty() && text.back() == '\n') text.remove_suffix(1);
@@ -34,7 +34,7 @@ std::string last_words(const std::string& log) {
 
 std::string words_in_log(const Run& run) {
   try {
-    return last_words(read_file(log_path(run)));
+    return final_words(read_file(log_path(run)));
   } catch (const Error&) {
     return {};
   }

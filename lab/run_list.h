@@ -34,7 +34,7 @@ RunOutcome outcome_of(const Run& run);
 void begin_record(const Run& run);
 
 /// Leaves run.json in the folder: arguments, version, how the program ended (`wait_status` as waitpid gives it), and
-/// its last words, which are taken from log.txt. Throws Error.
+/// its final words, which are taken from log.txt. Throws Error.
 RunOutcome write_record(const Run& run, int wait_status, double seconds);
 
 /// The file in the run's folder that gets what the program prints.

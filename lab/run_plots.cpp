@@ -70,16 +70,16 @@ Iterations read_iterations(const std::string& path) {
 /// Metres below which nearly all distances of these iterations lie.
 double far_end(const std::vector<const Iteration*>& iterations, double bin_width) {
   constexpr double kPart = 0.98;
-  std::size_t last = 1;
+  std::size_t used = 1;
   for (const Iteration* iteration : iterations) {
     double total = 0, sum = 0;
     for (const double count : iteration->histogram) total += count;
     for (std::size_t bin = 0; bin < iteration->histogram.size() && sum < kPart * total; ++bin) {
       sum += iteration->histogram[bin];
-      last = std::max(last, bin + 1);
+      used = std::max(used, bin + 1);
     }
   }
-  return static_cast<double>(last) * bin_width;
+  return static_cast<double>(used) * bin_width;
 }
 
 /// From pale to dark as the iterations go on.

@@ -68,15 +68,15 @@ class SlurmExecutor : public Executor {
         open.push_back(&run);
     for (int attempt = 0; !open.empty() && !watch.interrupted(); ++attempt) {
       if (attempt > 0) watch.note(fmt::format("{} runs were broken off and are submitted again", open.size()));
-      const bool last = attempt == options_.retries;
-      open = attempt_all(program, open, last, watch);
-      if (last) break;
+      const bool is_final = attempt == options_.retries;
+      open = attempt_all(program, open, is_final, watch);
+      if (is_final) break;
     }
   }
 
  private:
   /// One submission of the runs, and the wait for it. Gives those that are worth another.
-  std::vector<const Run*> attempt_all(const std::string& program, const std::vector<const Run*>& runs, bool last,
+  std::vector<const Run*> attempt_all(const std::string& program, const std::vector<const Run*>& runs, bool is_final,
                                       const RunWatch& watch) {
     for (const Run* run : runs) begin_record(*run);
     const std::vector<Array> arrays = submit(program, runs);
@@ -90,15 +90,15 @@ class SlurmExecutor : public Executor {
     // A shared file system may be late.
     for (int look = 0; look < 3 && !watch.interrupted() && lacks_record(open); ++look) pause(watch);
     if (!watch.interrupted()) forget();  // what was cancelled may take a while to end: the next call waits for it
-    collect(&open, last && !watch.interrupted(), watch);
+    collect(&open, is_final && !watch.interrupted(), watch);
     return open;
   }
 
   std::vector<Array> submit(const std::string& program, const std::vector<const Run*>& runs) {
     std::vector<Array> arrays;
-    const std::size_t most = largest_array();
-    for (std::size_t begin = 0; begin < runs.size(); begin += most) {
-      const std::size_t end = std::min(runs.size(), begin + most);
+    const std::size_t largest = largest_array();
+    for (std::size_t begin = 0; begin < runs.size(); begin += largest) {
+      const std::size_t end = std::min(runs.size(), begin + largest);
       arrays.push_back(submit_array(program, {runs.begin() + static_cast<std::ptrdiff_t>(begin),
                                               runs.begin() + static_cast<std::ptrdiff_t>(end)}));
     }
@@ -156,12 +156,12 @@ class SlurmExecutor : public Executor {
     return any;
   }
 
-  /// Tells of the runs that have an end of their own, and takes them out; of all, where this was the `last` attempt.
-  void collect(std::vector<const Run*>* open, bool last, const RunWatch& watch) const {
+  /// Tells of the runs that have an end of their own, and takes them out; of all, where the attempt `is_final`.
+  void collect(std::vector<const Run*>* open, bool is_final, const RunWatch& watch) const {
     std::erase_if(*open, [&](const Run* run) {
       RunOutcome outcome = outcome_of(*run);
       const bool ended = outcome.status == RunStatus::finished || outcome.status == RunStatus::failed;
-      if (!ended && !last) return false;
+      if (!ended && !is_final) return false;
       if (outcome.error.empty() && !ended)
         outcome.error = fmt::format("Slurm ended it before it was through, {} times; see {}", options_.retries + 1,
                                     path("task-*.txt"));

@@ -44,7 +44,7 @@ double median_milliseconds(const std::function<void()>& run, double seconds);
 /// The same of what `time` says of each run.
 double median_of(const std::function<double()>& time, double seconds);
 
-/// A volume with a few frames in it, the prediction from the last pose, and one more frame prepared.
+/// A volume with a few frames in it, the prediction from the latest pose, and one more frame prepared.
 class StageScene {
  public:
   /// The frames must outlive it.

@@ -79,11 +79,11 @@ DepthDistortion read_depth_calibration(const std::string& path);
 
 /// Offsets of an orientation sensor's clock that are searched.
 struct OffsetSearch {
-  double longest = 1;      ///< seconds: the largest offset either way
-  double step = 0.005;     ///< seconds; a parabola finds the peak between two steps
-  double window = 0.1;     ///< seconds over which a speed is measured, at least a frame
-  double runner_up = 0.9;  ///< other peaks are told if they reach this part of the best
-  std::size_t most = 3;    ///< peaks told
+  double longest = 1;         ///< seconds: the largest offset either way
+  double step = 0.005;        ///< seconds; a parabola finds the peak between two steps
+  double window = 0.1;        ///< seconds over which a speed is measured, at least a frame
+  double runner_up = 0.9;     ///< other peaks are told if they reach this part of the best
+  std::size_t max_peaks = 3;  ///< that are told
 };
 
 struct MountingOptions {
@@ -123,7 +123,7 @@ struct MountingCalibration {
   double duration = 0;                                   ///< seconds from the first to the last of them
   double residual = 0;                                   ///< radians rms of a frame after the refinement
   double redundancy = 1;                                 ///< successive residuals that tell no more than one
-  double drift = 0;                                      ///< radians from the least to the largest x(t)
+  double drift = 0;                                      ///< radians from the smallest to the largest x(t)
   Eigen::Vector3d systematic = Eigen::Vector3d::Zero();  ///< radians: largest error found about east, north, up
   Eigen::Vector3d spread =
       Eigen::Vector3d::Zero();  ///< radians rms of the turning about its principal axes, descending

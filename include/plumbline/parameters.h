@@ -65,7 +65,7 @@ struct TrackingParameters {
   double converged_step = 0.0005;
   int max_iterations = 10;
   int converged_after = 0;
-  // Plausibility: what is believed, and what is tried where it is not.
+  // Plausibility: what is accepted, and what is tried where it is not.
   double min_inlier_fraction = 0.01;  ///< a turn of 50° leaves no more in common
   double min_matched = 0.15;
   double max_step_translation = 0.30;
@@ -186,7 +186,7 @@ void tracking_fields(P& p, Visitor&& v) {
 template <class P, class Visitor>
 void orientation_fields(P& p, Visitor&& v) {
   v("seed", p.seed, "",
-    "where ICP's rotation starts: none (last pose), absolute (the sensor's), relative (last pose "
+    "where ICP's rotation starts: none (previous pose), absolute (the sensor's), relative (previous pose "
     "turned by the sensor's change)",
     Range{});
   v("term", p.term, "", "none; damping of each step by lambda; anchor: the sensor's reading with its covariance",

@@ -29,10 +29,10 @@ struct FrameReport {
   int index = 0;
   Nanoseconds time = 0;
   TrackingResult tracking;  ///< status, reason, iterations, inliers, residuals
-  SE3 world_from_camera;    ///< the estimate; for a lost frame the last pose that was believed
+  SE3 world_from_camera;    ///< the estimate; for a lost frame the previous accepted pose
   OrientationUse orientation = OrientationUse::off;
   int starts = 1;                   ///< poses that registration was begun from
-  double seed_angle = 0;            ///< radians from the last pose to the seed, the best of them
+  double seed_angle = 0;            ///< radians from the previous pose to the seed, the best of them
   double seed_to_result_angle = 0;  ///< radians from the seed to the estimate
   StageTimes milliseconds;
 };

@@ -34,9 +34,9 @@ struct TrackingResult {
   LostReason reason = LostReason::none;
   SE3 world_from_camera;
   std::vector<int> iterations;  ///< per level, coarse to fine
-  int pairs = 0;                ///< pixels of the last iteration that meet the model, however far away
+  int pairs = 0;                ///< pixels of the final iteration that meet the model, however far away
   int inliers = 0;              ///< of these, matched ones
-  double inlier_fraction = 0;   ///< of the pixels of the last level that have depth
+  double inlier_fraction = 0;   ///< of the pixels of the final level that have depth
   double rms = 0;               ///< point-to-plane residual of the matched pixels, metres
   double median_distance = 0;   ///< of the associated pairs, metres, at the histogram's resolution
   int rank = 0;                 ///< of the last 6×6 system, 6 when all directions are held
@@ -52,7 +52,7 @@ enum class OrientationUse {
   missing,     ///< no reading for this frame
   first,       ///< the reading that ties the earth to the world
   used,        ///< as a seed, as a term, or both
-  distrusted,  ///< it disagrees with what was tracked over the last frames
+  distrusted,  ///< it disagrees with what was tracked over the latest frames
   dropped      ///< the frame could only be tracked without it, or clearly better
 };
 std::string_view to_string(OrientationUse use);

@@ -19,9 +19,9 @@ using Eigen::Vector3d;
 
 // A tracker errs by a few tenths of a degree between two frames. With these, and ten pairs, that is no matter, and
 // vectors at random have no mounting that seems to fit (three parameters against thirty numbers).
-constexpr std::size_t kFewestPairs = 10;
-constexpr double kLeastTurn = radians(2);        // rms
-constexpr double kLeastSecondAxis = radians(1);  // rms: three times the tracker's error
+constexpr std::size_t kMinPairs = 10;
+constexpr double kMinTurn = radians(2);        // rms
+constexpr double kMinSecondAxis = radians(1);  // rms: three times the tracker's error
 
 // A residual beside the camera's turn: 1 if the sensor stands still, about √2 if it turns at random. A smooth periodic
 // error of n harmonics and amplitude A has a slope of at most n A (Bernstein), 0.52 for 10° and three of them: a
@@ -30,7 +30,7 @@ constexpr double kFits = 0.6;
 // One hypothesis beats another that fits by a third of its residual and what a tracker errs by; one that does not fit,
 // by half.
 constexpr double kBetterThanGood = 1.0 / 3, kBetterThanBad = 0.5;
-constexpr double kLeastGain = radians(0.5), kLeastGainOfTurn = 0.1;
+constexpr double kMinGain = radians(0.5), kMinGainOfTurn = 0.1;
 
 double rms(const std::vector<Vector3d>& vectors) {
   double sum = 0;
@@ -80,7 +80,7 @@ std::vector<OrientationConvention> hypotheses(const OrientationConvention& decla
 /// Whether one residual is so much less than another that it is no chance.
 bool beats(double residual, double other, double turn) {
   const double share = other < kFits * turn ? kBetterThanGood : kBetterThanBad;
-  return residual < share * other && other - residual > std::max(kLeastGain, kLeastGainOfTurn * turn);
+  return residual < share * other && other - residual > std::max(kMinGain, kMinGainOfTurn * turn);
 }
 
 /// The simplest hypothesis, by their order, that none after it clearly beats.
@@ -129,6 +129,12 @@ std::string another_text(const ConventionCheck& check) {
   return text;
 }
 
+double best_residual(const ConventionCheck& check) {
+  return std::min_element(check.fits.begin(), check.fits.end(),
+                          [](const auto& a, const auto& b) { return a.residual < b.residual; })
+      ->residual;
+}
+
 std::string none_text(const ConventionCheck& check) {
   const std::string_view start = "the orientation does not turn as the camera does";
   if (check.body_turn < 0.1 * check.camera_turn)
@@ -137,9 +143,7 @@ std::string none_text(const ConventionCheck& check) {
         "this sequence",
         start, degrees_text(check.body_turn), degrees_text(check.camera_turn));
   std::string text = fmt::format("{}: {} off as declared", start, degrees_text(check.fits.front().residual));
-  const auto least = std::min_element(check.fits.begin(), check.fits.end(),
-                                      [](const auto& a, const auto& b) { return a.residual < b.residual; });
-  text += fmt::format(", {} at best, where the camera turns by {} rms; ", degrees_text(least->residual),
+  text += fmt::format(", {} at best, where the camera turns by {} rms; ", degrees_text(best_residual(check)),
                       degrees_text(check.camera_turn));
   if (check.mirrored_fits) return text + "it would fit mirrored: two of its axes are swapped, or they are left-handed";
   if (!check.two_axes)
@@ -166,7 +170,7 @@ std::string message_of(const ConventionCheck& check) {
 }
 
 ConventionVerdict judge(const ConventionCheck& check, std::size_t pairs) {
-  if (pairs < kFewestPairs || !(check.camera_turn >= kLeastTurn)) return ConventionVerdict::too_little_motion;
+  if (pairs < kMinPairs || !(check.camera_turn >= kMinTurn)) return ConventionVerdict::too_little_motion;
   if (check.mirrored_fits || !(check.fits[check.best].residual < kFits * check.camera_turn))
     return ConventionVerdict::none_fits;
   return check.best == 0 ? ConventionVerdict::fits : ConventionVerdict::another_fits;
@@ -185,7 +189,7 @@ ConventionCheck check_convention(const std::vector<TurnPair>& pairs, const Orien
     if (check.fits.empty()) {
       check.camera_turn = rms(turns.camera);
       check.body_turn = rms(turns.body);
-      check.two_axes = !pairs.empty() && second_axis(turns.camera) >= kLeastSecondAxis;
+      check.two_axes = !pairs.empty() && second_axis(turns.camera) >= kMinSecondAxis;
     }
     check.fits.push_back({hypothesis, body_from_camera, false, turn_residual(turns, body_from_camera)});
     fitted.push_back({hypothesis, mounting.proper, true, turn_residual(turns, mounting.proper)});

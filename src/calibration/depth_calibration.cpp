@@ -209,7 +209,7 @@ class Estimator {
   std::vector<double> distortion_at_;          ///< the distortion there, 1/m
   std::vector<Pose> poses_;
   std::vector<Pair> pairs_;
-  double rms_ = 0, step_ = 0;  // 1/m, of the last iteration
+  double rms_ = 0, step_ = 0;  // 1/m, of the latest iteration
 };
 
 void Estimator::tabulate_nodes() {
@@ -421,9 +421,9 @@ Trajectory Estimator::corrected(const Trajectory& path) const {
     while (next + 1 < poses_.size() && poses_[next].view->time < pose.time) ++next;
     SE3 by = moved(next);
     if (next > 0 && pose.time < poses_[next].view->time && in_one_piece(next - 1, next)) {
-      const SE3 last = moved(next - 1);
+      const SE3 previous = moved(next - 1);
       const double share = to_seconds(pose.time - poses_[next - 1].view->time) / seconds(next - 1, next);
-      by = SE3::exp(share * (by * last.inverse()).log()) * last;
+      by = SE3::exp(share * (by * previous.inverse()).log()) * previous;
     }
     out.push_back({pose.time, (by * pose.world_from_camera).normalized()});
   }

@@ -26,7 +26,7 @@ struct MountingFit {
   Eigen::Matrix3d proper, mirrored;
 };
 
-/// Σ ‖b − M a‖² least over the rotations, and over the reflections. Over the rotations it is the rotational part of
+/// Σ ‖b − M a‖² minimal over the rotations, and over the reflections. Over the rotations it is the rotational part of
 /// Park and Martin, "Robot sensor calibration: solving AX = XB on the Euclidean group", 1994, who take
 /// M = (KᵀK)^(−1/2) Kᵀ with K = Σ a bᵀ; by singular values it stays a rotation for turns
 /// that do not determine it. Without any turn it is the identity.

@@ -16,7 +16,7 @@ struct JointEstimate {
   double time_offset_sd = 0;                             // seconds
   double residual = 0;                                   // radians rms of a frame
   double redundancy = 1;                                 // successive residuals that tell no more than one
-  double drift = 0;                                      // radians from the least to the largest drift
+  double drift = 0;                                      // radians from the smallest to the largest drift
   Eigen::Vector3d systematic = Eigen::Vector3d::Zero();  // radians, largest error over the frames' orientations
 };
 

@@ -31,7 +31,7 @@ constexpr std::size_t kMinFrames = 30, kMaxFrames = 1500;
 constexpr double kShortest = 2;            // seconds
 constexpr double kMargin = 0.03;           // seconds of readings around a frame, for the offset to move in
 constexpr double kMinSpread = radians(5);  // rms about each of two axes; a hand that holds still has one or two
-constexpr double kLeastCorrelation = 0.6;  // of angular speeds
+constexpr double kMinCorrelation = 0.6;    // of angular speeds
 constexpr double kMaxResidual = radians(5);
 
 /// The frames that have a reading at an offset, and a little around.
@@ -55,25 +55,45 @@ Trajectory thinned(const Trajectory& frames) {
 }
 
 /// From each frame the shortest turn that is large enough, or else the largest within the time.
+Matrix3d turn_between(const StampedPose& from, const StampedPose& to) {
+  return from.world_from_camera.rotation().transpose() * to.world_from_camera.rotation();
+}
+
+/// The frame up to which the camera turned far enough since frame `begin`, or else farthest.
+std::size_t end_of_turn(const Trajectory& frames, std::size_t begin) {
+  std::size_t best = begin;
+  double angle = 0;
+  for (std::size_t j = begin + 1; j < frames.size() && angle < kTurn; ++j) {
+    if (to_seconds(frames[j].time - frames[begin].time) > kMaxTurnSeconds) break;
+    const double turned = so3::angle(turn_between(frames[begin], frames[j]));
+    if (turned > angle) best = j, angle = turned;
+  }
+  return best;
+}
+
 Turns choose_turns(const Trajectory& frames, const OrientationStream& sensor, double offset) {
   Turns turns;
   const auto body = [&](std::size_t i) { return sensor.lookup(frames[i].time - from_seconds(offset)).earth_from_body; };
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / kMaxTurns);
   for (std::size_t i = 0; i < frames.size(); i += stride) {
-    std::size_t best = i;
-    double angle = 0;
-    for (std::size_t j = i + 1; j < frames.size() && angle < kTurn; ++j) {
-      if (to_seconds(frames[j].time - frames[i].time) > kMaxTurnSeconds) break;
-      const double turned =
-          so3::angle(frames[i].world_from_camera.rotation().transpose() * frames[j].world_from_camera.rotation());
-      if (turned > angle) best = j, angle = turned;
-    }
-    if (angle < kMinTurn) continue;
-    turns.camera.push_back(
-        so3::log(frames[i].world_from_camera.rotation().transpose() * frames[best].world_from_camera.rotation()));
-    turns.body.push_back(so3::log(body(i).transpose() * body(best)));
+    const std::size_t end = end_of_turn(frames, i);
+    const Matrix3d turn = turn_between(frames[i], frames[end]);
+    if (so3::angle(turn) < kMinTurn) continue;
+    turns.camera.push_back(so3::log(turn));
+    turns.body.push_back(so3::log(body(i).transpose() * body(end)));
   }
   return turns;
+}
+
+/// Root mean square of the angular rate over five frames, radians a second.
+double turning_speed(const Trajectory& frames) {
+  double speeds = 0;
+  for (std::size_t i = 0; i + 5 < frames.size(); ++i) {
+    const StampedPose &from = frames[i], &to = frames[i + 5];
+    const double speed = so3::angle(turn_between(from, to)) / to_seconds(to.time - from.time);
+    speeds += speed * speed / static_cast<double>(frames.size() - 5);
+  }
+  return std::sqrt(speeds);
 }
 
 /// How far the camera turned about which of its axes, and how fast.
@@ -81,20 +101,14 @@ void measure_motion(const Trajectory& frames, MountingCalibration* out) {
   Matrix3d sum = Matrix3d::Zero(), moments = Matrix3d::Zero();
   for (const StampedPose& frame : frames) sum += frame.world_from_camera.rotation();
   const Matrix3d mean = nearest_rotation(sum);
-  double speeds = 0;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const Matrix3d& rotation = frames[i].world_from_camera.rotation();
-    const Vector3d turn = so3::log(mean.transpose() * rotation);
+  for (const StampedPose& frame : frames) {
+    const Vector3d turn = so3::log(mean.transpose() * frame.world_from_camera.rotation());
     moments += turn * turn.transpose() / static_cast<double>(frames.size());
-    if (i + 5 >= frames.size()) continue;
-    const double speed = so3::angle(rotation.transpose() * frames[i + 5].world_from_camera.rotation()) /
-                         to_seconds(frames[i + 5].time - frames[i].time);
-    speeds += speed * speed / static_cast<double>(frames.size() - 5);
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(moments);  // ascending
   out->spread = solver.eigenvalues().reverse().cwiseMax(0).cwiseSqrt();
   out->spread_axes = solver.eigenvectors().rowwise().reverse();
-  out->speed = std::sqrt(speeds);
+  out->speed = turning_speed(frames);
   out->duration = to_seconds(frames.back().time - frames.front().time);
 }
 
@@ -153,7 +167,7 @@ void judge(const MountingOptions& options, MountingCalibration* c) {
         fmt::format("the camera turned about one axis only: {} rms about {}, {} about any other, which leaves the "
                     "mounting about that axis open. {}.",
                     degrees_text(c->spread[0]), axis_text(c->spread_axes.col(0)), degrees_text(c->spread[1]), kDance));
-  if (c->correlation < kLeastCorrelation || c->residual > kMaxResidual)
+  if (c->correlation < kMinCorrelation || c->residual > kMaxResidual)
     return say(
         MotionVerdict::does_not_fit,
         fmt::format("the sensor does not turn as the camera does (correlation of the speeds {:.2f}, residual {}). "

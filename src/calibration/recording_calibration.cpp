@@ -1,4 +1,4 @@
-// `calibrate_depth`: which frames of a recording are tracked and compared, and whether what they tell is believed.
+// `calibrate_depth`: which frames of a recording are tracked and compared, and whether what they tell is accepted.
 #include <algorithm>
 #include <optional>
 #include <utility>

@@ -78,7 +78,7 @@ std::vector<OffsetCandidate> peaks(const std::vector<double>& values, const Offs
   }
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.correlation > b.correlation; });
   while (!found.empty() &&
-         (found.size() > search.most || found.back().correlation < search.runner_up * found.front().correlation))
+         (found.size() > search.max_peaks || found.back().correlation < search.runner_up * found.front().correlation))
     found.pop_back();
   return found;
 }

@@ -142,17 +142,26 @@ Bno055Calibration Bno055::read_calibration() {
   return calibration;
 }
 
+namespace {
+
+std::uint8_t parse_byte(const TextFile& file, const TextLine& line, std::string_view field) {
+  unsigned value = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value, 16);
+  if (error != std::errc() || end != field.data() + field.size() || value > 0xFF)
+    file.fail(line, fmt::format("'{}' is no byte in hexadecimal", field), kCalibrationAdvice);
+  return static_cast<std::uint8_t>(value);
+}
+
+}  // namespace
+
 Bno055Calibration read_bno055_calibration(const std::string& path) {
   const TextFile file(path);
   Bno055Calibration calibration{};
   std::size_t count = 0;
   for (const TextLine& line : file.lines()) {
     for (const std::string_view field : split_fields(line.text)) {
-      unsigned value = 0;
-      const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value, 16);
-      if (error != std::errc() || end != field.data() + field.size() || value > 0xFF)
-        file.fail(line, fmt::format("'{}' is no byte in hexadecimal", field), kCalibrationAdvice);
-      if (count < calibration.size()) calibration[count] = static_cast<std::uint8_t>(value);
+      const std::uint8_t value = parse_byte(file, line, field);
+      if (count < calibration.size()) calibration[count] = value;
       ++count;
     }
   }

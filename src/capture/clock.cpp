@@ -23,24 +23,24 @@ Nanoseconds now() { return read_clock(CLOCK_MONOTONIC); }
 Nanoseconds unix_offset() { return read_clock(CLOCK_REALTIME) - now(); }
 
 void DeviceClock::restart(Nanoseconds device, Nanoseconds arrival) {
-  if (last_) ++jumps_;
+  if (previous_) ++jumps_;
   offset_ = arrival - device;
   late_ = 0;
 }
 
 Nanoseconds DeviceClock::to_host(Nanoseconds device, Nanoseconds arrival) {
   const Nanoseconds difference = arrival - device;
-  if (!last_ || device <= last_->device || difference < offset_ - kLongestDelay) {
+  if (!previous_ || device <= previous_->device || difference < offset_ - kLongestDelay) {
     restart(device, arrival);
   } else if (difference > offset_ + kLongestDelay) {
     if (++late_ >= kLateReadings) restart(device, arrival);
   } else {
     late_ = 0;
-    offset_ = std::min(difference, offset_ + (arrival - last_->arrival) / kDrift);
+    offset_ = std::min(difference, offset_ + (arrival - previous_->arrival) / kDrift);
   }
   Nanoseconds host = std::min(device + offset_, arrival);
-  if (last_) host = std::max(host, last_->host + 1);
-  last_ = {device, arrival, host};
+  if (previous_) host = std::max(host, previous_->host + 1);
+  previous_ = {device, arrival, host};
   return host;
 }
 

@@ -25,8 +25,8 @@ class DeviceClock {
   /// allows, after a few readings where it only seems late.
   Nanoseconds to_host(Nanoseconds device, Nanoseconds arrival);
 
-  /// What has to be added to a stamp near the last one for its time.
-  Nanoseconds shift() const { return last_ ? last_->host - last_->device : 0; }
+  /// What has to be added to a stamp near the previous one for its time.
+  Nanoseconds shift() const { return previous_ ? previous_->host - previous_->device : 0; }
 
   /// How often the device's clock was seen to jump.
   int jumps() const { return jumps_; }
@@ -37,7 +37,7 @@ class DeviceClock {
   struct Reading {
     Nanoseconds device, arrival, host;
   };
-  std::optional<Reading> last_;
+  std::optional<Reading> previous_;
   Nanoseconds offset_ = 0;
   int late_ = 0;  // readings in a row that were later than delays are
   int jumps_ = 0;

@@ -39,7 +39,7 @@ void FrameGrabber::run(const Open& open) {
     {
       const std::lock_guard lock(mutex_);
       info_ = device->info();
-      last_frame_ = now();
+      latest_frame_ = now();
       opened_ = true;
     }
     changed_.notify_all();
@@ -75,7 +75,7 @@ void FrameGrabber::push(CapturedFrame frame) {
   {
     std::unique_lock lock(mutex_);
     ++status_.frames;
-    last_frame_ = now();
+    latest_frame_ = now();
     if (info_.waits) changed_.wait(lock, [this] { return stopping_ || waiting_.size() < capacity_; });
     waiting_.push_back(std::move(frame));
     if (waiting_.size() > capacity_) {
@@ -105,7 +105,7 @@ std::optional<CapturedFrame> FrameGrabber::next(std::chrono::milliseconds timeou
 GrabberStatus FrameGrabber::status() const {
   const std::lock_guard lock(mutex_);
   GrabberStatus status = status_;
-  status.silence = to_seconds(now() - last_frame_);
+  status.silence = to_seconds(now() - latest_frame_);
   status.ended = finished_ && waiting_.empty() && error_ == nullptr;
   return status;
 }

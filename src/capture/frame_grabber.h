@@ -20,7 +20,7 @@ struct GrabberStatus {
   std::uint64_t frames = 0;   ///< that came from the camera
   std::uint64_t dropped = 0;  ///< that nobody fetched in time, or that the camera says we missed
   int clock_jumps = 0;
-  double silence = 0;  ///< seconds since the last frame, or since the start
+  double silence = 0;  ///< seconds since the latest frame, or since the start
   bool ended = false;  ///< no frame will come, and all that came were fetched
 };
 
@@ -56,7 +56,7 @@ class FrameGrabber {
   std::condition_variable changed_;
   std::deque<CapturedFrame> waiting_;  // this and all below guarded by mutex_
   GrabberStatus status_;
-  Nanoseconds last_frame_ = 0;
+  Nanoseconds latest_frame_ = 0;
   std::uint64_t overflow_ = 0;
   std::exception_ptr error_;
   bool opened_ = false, stopping_ = false, finished_ = false;

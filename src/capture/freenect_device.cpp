@@ -27,14 +27,14 @@ class TickCounter {
  public:
   Nanoseconds nanoseconds(std::uint32_t ticks) {
     // Images of the two kinds may come out of order.
-    ticks_ += static_cast<std::int32_t>(ticks - last_);
-    last_ = ticks;
+    ticks_ += static_cast<std::int32_t>(ticks - previous_);
+    previous_ = ticks;
     return ticks_ / kTicksPerSecond * kNanosecondsPerSecond + ticks_ % kTicksPerSecond * 1000 / 60;
   }
 
  private:
   std::int64_t ticks_ = std::int64_t{1} << 32;
-  std::uint32_t last_ = 0;
+  std::uint32_t previous_ = 0;
 };
 
 class FreenectDevice : public DepthDevice {

@@ -25,7 +25,7 @@ struct ImuStatus {
   bool connected = false;
   std::uint64_t readings = 0;
   std::uint64_t failed = 0;    ///< requests that got no answer, and readings without an orientation
-  std::uint64_t overruns = 0;  ///< see BusCounters; since the sensor was last connected
+  std::uint64_t overruns = 0;  ///< see BusCounters; since the sensor was connected
   int reconnections = 0, restarts = 0;
   CalibrationStatus calibration;
 };
@@ -42,7 +42,7 @@ class ImuSource {
   ImuSource& operator=(const ImuSource&) = delete;
 
   ImuStatus status() const;
-  /// What happened since the last call, a sentence each: "… does not answer", "… is back after 1.2 s".
+  /// What happened since the previous call, a sentence each: "… does not answer", "… is back after 1.2 s".
   std::vector<std::string> take_messages();
 
   /// Ends the readings and fetches the calibration that the chip has reached; empty if it does not answer.

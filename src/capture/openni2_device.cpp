@@ -32,7 +32,7 @@ struct Library {
   Library(const Library&) = delete;
   Library& operator=(const Library&) = delete;
 
-  /// The library's own words for its last error, without its line ends.
+  /// The library's own words for its latest error, without its line ends.
   static std::string text() {
     const std::string message = openni::OpenNI::getExtendedError();
     const std::string_view text = trim(message);
@@ -200,9 +200,9 @@ class OpenNi2Device : public DepthDevice {
     if (file_shift_ == 0) file_shift_ = now() - time;
     if (!is_depth) return pairing_.add_color(time, copy_image<std::uint8_t>(frame, 3));
     clock_.to_host(time, now());
-    if (last_index_ > 0 && frame.getFrameIndex() > last_index_ + 1)
-      missed_ += static_cast<std::uint64_t>(frame.getFrameIndex() - last_index_ - 1);
-    last_index_ = frame.getFrameIndex();
+    if (previous_index_ > 0 && frame.getFrameIndex() > previous_index_ + 1)
+      missed_ += static_cast<std::uint64_t>(frame.getFrameIndex() - previous_index_ - 1);
+    previous_index_ = frame.getFrameIndex();
     pairing_.add_depth(time, copy_image<std::uint16_t>(frame, 1));
   }
 
@@ -219,7 +219,7 @@ class OpenNi2Device : public DepthDevice {
   ColorPairing pairing_;
   DeviceClock clock_;
   Nanoseconds file_shift_ = 0;  // a recording goes on in its own time, from the moment when it is played
-  int last_index_ = 0;
+  int previous_index_ = 0;
   std::uint64_t missed_ = 0;
 };
 

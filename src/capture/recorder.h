@@ -1,4 +1,4 @@
-// A recording on disk: a TUM folder that is good at every moment, up to the last second.
+// A recording on disk: a TUM folder that is good at every moment, up to the final second.
 #pragma once
 
 #include <condition_variable>
@@ -35,8 +35,8 @@ struct RecorderStatus {
 };
 
 /// Images are written beside and renamed, and listed in depth.txt and rgb.txt only when they are known to be on the
-/// disk; readings are appended at once. A program that is killed loses what was captured since the last sync; so does
-/// a computer without power. Images are encoded in two threads, and a third one syncs.
+/// disk; readings are appended at once. A program that is killed loses what was captured since the previous sync; so
+/// does a computer without power. Images are encoded in two threads, and a third one syncs.
 ///
 /// An error (a full disk) ends the recording: what comes later is ignored, what was written stays. `check` and
 /// `finish` throw it.

@@ -45,7 +45,7 @@ class SerialBus : public RegisterBus {
   [[noreturn]] void fail(const char* doing, int error) const;
 
   int fd_ = -1;
-  int refusal_ = 0;  // the last error code of the chip
+  int refusal_ = 0;  // the latest error code of the chip
 };
 
 /// In words: "bus over-run".

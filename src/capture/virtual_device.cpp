@@ -49,7 +49,7 @@ class VirtualDevice : public DepthDevice {
   Nanoseconds due(int index) const {
     return speed_ == 0 ? start_ : start_ + static_cast<Nanoseconds>(static_cast<double>(since_start(index)) / speed_);
   }
-  /// A camera does not wait: of the frames that are over only the last is still to be had.
+  /// A camera does not wait: of the frames that are over only the latest is still to be had.
   void skip_missed() {
     while (speed_ > 0 && next_ + 1 < sequence_->size() && due(next_ + 1) <= now()) ++next_, ++missed_;
   }

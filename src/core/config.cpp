@@ -285,14 +285,18 @@ void reject_former_key(const std::string& key, const std::string& where) {
                               : fmt::format("Did you mean '{}'?", nearest));
 }
 
-void reject_unknown_keys(const toml::table& root, const Loader& loader) {
+bool is_known(std::string_view key) {
   const std::vector<std::string> known = parameter_keys();
-  const auto is_known = [&](const std::string& key) {
-    return std::find(known.begin(), known.end(), key) != known.end();
-  };
-  const auto is_group = [&](const std::string& name) {
-    return std::any_of(known.begin(), known.end(), [&](const auto& key) { return key.rfind(name + ".", 0) == 0; });
-  };
+  return std::find(known.begin(), known.end(), key) != known.end();
+}
+
+bool is_group(std::string_view name) {
+  const std::vector<std::string> known = parameter_keys();
+  const std::string start = std::string(name) + ".";
+  return std::any_of(known.begin(), known.end(), [&](const std::string& key) { return key.starts_with(start); });
+}
+
+void reject_unknown_keys(const toml::table& root, const Loader& loader) {
   for (const auto& [group, node] : root) {
     const std::string name(group.str());
     const toml::table* table = node.as_table();
@@ -336,6 +340,20 @@ void parse_parameters(std::string_view toml, const std::string& where, Parameter
   overlay(root, where, true, parameters);
 }
 
+namespace {
+
+/// `name = value`, where the value may be a word without quotes.
+toml::table one_value(std::string_view name, std::string_view value) {
+  try {
+    toml::table table = toml::parse(fmt::format("{} = {}", name, value));
+    if (table.size() == 1) return table;
+  } catch (const toml::parse_error&) {
+  }
+  return toml::table{{name, value}};
+}
+
+}  // namespace
+
 void apply_setting(std::string_view assignment, Parameters* parameters) {
   const std::string where = fmt::format("--set {}", assignment);
   const std::size_t equals = assignment.find('=');
@@ -344,17 +362,9 @@ void apply_setting(std::string_view assignment, Parameters* parameters) {
     throw Error("not a setting", where, "Write group.name=value, for example tracking.normal_gate=25.");
   const std::string_view key = assignment.substr(0, equals), value = assignment.substr(equals + 1);
   // The key goes through the table, not through the parser: it may be anything, also what TOML could not hold.
-  const std::vector<std::string> known = parameter_keys();
-  if (std::find(known.begin(), known.end(), key) == known.end()) throw_unknown(std::string(key), where);
+  if (!is_known(key)) throw_unknown(std::string(key), where);
 
-  toml::table group;
-  try {
-    group = toml::parse(fmt::format("{} = {}", key.substr(dot + 1), value));
-  } catch (const toml::parse_error&) {  // a word without quotes
-    group.clear();
-  }
-  if (group.size() != 1) group = toml::table{{key.substr(dot + 1), value}};
-  overlay(toml::table{{key.substr(0, dot), std::move(group)}}, where, false, parameters);
+  overlay(toml::table{{key.substr(0, dot), one_value(key.substr(dot + 1), value)}}, where, false, parameters);
 }
 
 std::string to_toml(const Parameters& parameters) {

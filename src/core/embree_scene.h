@@ -38,7 +38,7 @@ inline Device make_device() {
   return device;
 }
 
-/// Throws Error if the last calls on the device failed, above all for want of memory.
+/// Throws Error if the latest calls on the device failed, above all for want of memory.
 inline void check(RTCDevice device, const std::string& where) {
   const RTCError code = rtcGetDeviceError(device);
   if (code == RTC_ERROR_NONE) return;

@@ -16,8 +16,8 @@ namespace plumbline::eval {
 namespace {
 
 constexpr const char* kWhere = "time offset";
-constexpr std::size_t kMostPoses = 20'000;
-constexpr std::size_t kFewestPoses = 3;
+constexpr std::size_t kMaxPoses = 20'000;
+constexpr std::size_t kMinPoses = 3;
 constexpr double kPrecision = 1e-5;  // seconds
 
 bool is_earlier(const StampedPose& a, const StampedPose& b) { return a.time < b.time; }
@@ -72,7 +72,7 @@ class Comparison {
       const std::size_t begin = position(t - range), end = position(t + range);
       if (gaps[end] == gaps[begin > 0 ? begin - 1 : 0]) chosen.push_back(&pose);
     }
-    const std::size_t step = chosen.size() / kMostPoses + 1;
+    const std::size_t step = chosen.size() / kMaxPoses + 1;
     estimate_.resize(3, static_cast<Eigen::Index>((chosen.size() + step - 1) / step));
     for (std::size_t i = 0; i < chosen.size(); i += step) {
       estimate_.col(static_cast<Eigen::Index>(times_.size())) = chosen[i]->world_from_camera.translation();
@@ -94,7 +94,7 @@ class Comparison {
   Eigen::Matrix3Xd reference_, estimate_;
 };
 
-/// The least of a function with one valley in [low, high] (Kiefer 1953).
+/// The minimum of a function with one valley in [low, high] (Kiefer 1953).
 template <class Function>
 double golden_section(Function&& f, double low, double high) {
   constexpr double kGolden = 1 / std::numbers::phi;
@@ -133,22 +133,22 @@ TimeOffset best_time_offset(const Trajectory& reference, const Trajectory& estim
   };
   if (reference.size() < 2) throw too_few(0);
   const Comparison comparison(reference, estimate, options);
-  if (comparison.size() < kFewestPoses) throw too_few(comparison.size());
+  if (comparison.size() < kMinPoses) throw too_few(comparison.size());
 
   const double range = to_seconds(options.range);
   const int steps = std::max(40, static_cast<int>(std::ceil(range / 0.01)));  // to either side
   const double step = range / steps;
   std::vector<double> errors;
   for (int i = -steps; i <= steps; ++i) errors.push_back(comparison.rmse(i * step));
-  const auto least = std::min_element(errors.begin(), errors.end());
-  const double coarse = static_cast<double>(least - errors.begin() - steps) * step;
+  const auto lowest = std::min_element(errors.begin(), errors.end());
+  const double coarse = static_cast<double>(lowest - errors.begin() - steps) * step;
   const auto rmse = [&](double shift) { return comparison.rmse(shift); };
   const double best = golden_section(rmse, std::max(-range, coarse - step), std::min(range, coarse + step));
   return {.best = options.offset + from_seconds(best),
           .rmse = comparison.rmse(best),
           .rmse_as_given = errors[static_cast<std::size_t>(steps)],
           .poses = comparison.size(),
-          .at_the_border = least == errors.begin() || least + 1 == errors.end()};
+          .at_the_border = lowest == errors.begin() || lowest + 1 == errors.end()};
 }
 
 }  // namespace plumbline::eval

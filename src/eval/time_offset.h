@@ -21,7 +21,7 @@ struct TimeOffset {
   bool at_the_border = false;  ///< of the range: the best may lie beyond it
 };
 
-/// The offset with the least absolute trajectory error. Every candidate is judged on the same poses (those whose
+/// The offset with the smallest absolute trajectory error. Every candidate is judged on the same poses (those whose
 /// surroundings of ± range the reference covers, thinned to 20000) with the reference interpolated linearly, so the
 /// errors are comparable with each other but not to the last digit with absolute_trajectory_error(), which takes the
 /// nearest pose. Searched in steps of 1/40 of the range or at most 10 ms, then to 10 µs by golden section.

@@ -56,23 +56,25 @@ std::vector<std::size_t> order_by_time(const Trajectory& trajectory) {
   return order;
 }
 
+Nanoseconds shifted(Nanoseconds time, Nanoseconds offset, const std::string& name) {
+  if (__builtin_add_overflow(time, offset, &time))
+    throw Error("a time stamp of the " + name + " leaves the range of 64-bit nanoseconds", kWhere,
+                "check the time offset");
+  return time;
+}
+
 Timeline make_timeline(const Trajectory& trajectory, Nanoseconds offset, const std::string& name) {
   Timeline line;
   line.indices = order_by_time(trajectory);
   line.times.reserve(trajectory.size());
   for (std::size_t position = 0; position < trajectory.size(); ++position) {
     const std::size_t i = line.index(position);
-    Nanoseconds time = 0;
-    if (__builtin_add_overflow(trajectory[i].time, offset, &time)) {
-      throw Error("a time stamp of the " + name + " leaves the range of 64-bit nanoseconds", kWhere,
-                  "check the time offset");
-    }
     if (!trajectory[i].world_from_camera.is_finite()) {
       throw Error("pose " + std::to_string(i) + " of the " + name + " (t = " + format_seconds(trajectory[i].time) +
                       ") is not finite",
                   kWhere, "remove it");
     }
-    line.times.push_back(time);
+    line.times.push_back(shifted(trajectory[i].time, offset, name));
   }
   return line;
 }
@@ -264,11 +266,11 @@ PositionPairs fixed_pairs(const std::vector<double>& along, const RelativeErrorO
 }
 
 PositionPairs all_pairs(std::size_t count, const RelativeErrorOptions& options) {
-  constexpr double kMostPairs = 1e8;
+  constexpr double kMaxPairs = 1e8;
   PositionPairs pairs;
   const double total = static_cast<double>(count) * static_cast<double>(count);
   if (options.max_pairs == 0 || total <= static_cast<double>(options.max_pairs)) {
-    if (total > kMostPairs) {
+    if (total > kMaxPairs) {
       throw Error("all pairs of " + std::to_string(count) + " poses are too many", kWhere, "set max_pairs");
     }
     for (std::size_t i = 0; i < count; ++i) {

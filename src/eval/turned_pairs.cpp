@@ -43,23 +43,27 @@ class Preference {
 };
 
 /// The pair of each frame that has one, ordered by first frames.
-std::vector<TurnedPair> candidates(const std::vector<View>& views, const TurnedPairOptions& options) {
+std::optional<TurnedPair> best_pair_of(std::size_t i, const std::vector<View>& views,
+                                       const TurnedPairOptions& options) {
   const Preference preferred(options.angle);
-  std::vector<TurnedPair> pairs;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    std::optional<TurnedPair> best;
-    double reach = options.max_translation * options.max_translation;  // squared; nothing beyond it becomes the best
-    for (std::size_t j = i + 1; j < views.size(); ++j) {
-      const double squared = (views[j].position - views[i].position).squaredNorm();
-      if (squared > reach) continue;
-      const double angle = views[i].rotation.angularDistance(views[j].rotation);
-      if (std::abs(angle - options.angle) > options.tolerance) continue;
-      const TurnedPair pair{views[i].frame, views[j].frame, angle, std::sqrt(squared)};
-      if (!best || preferred(pair, *best)) best = pair;
-      reach = squared;
-    }
-    if (best) pairs.push_back(*best);
+  std::optional<TurnedPair> best;
+  double reach = options.max_translation * options.max_translation;  // squared; nothing beyond it becomes the best
+  for (std::size_t j = i + 1; j < views.size(); ++j) {
+    const double squared = (views[j].position - views[i].position).squaredNorm();
+    if (squared > reach) continue;
+    const double angle = views[i].rotation.angularDistance(views[j].rotation);
+    if (std::abs(angle - options.angle) > options.tolerance) continue;
+    const TurnedPair pair{views[i].frame, views[j].frame, angle, std::sqrt(squared)};
+    if (!best || preferred(pair, *best)) best = pair;
+    reach = squared;
   }
+  return best;
+}
+
+std::vector<TurnedPair> candidates(const std::vector<View>& views, const TurnedPairOptions& options) {
+  std::vector<TurnedPair> pairs;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (const auto best = best_pair_of(i, views, options)) pairs.push_back(*best);
   return pairs;
 }
 

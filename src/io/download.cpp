@@ -62,7 +62,7 @@ void parse_content_range(std::string_view value, Answer* answer) {
 }
 
 void parse_header_line(std::string_view line, Answer* answer) {
-  if (line.starts_with("HTTP/")) {  // also after a redirection: only the last answer counts
+  if (line.starts_with("HTTP/")) {  // also after a redirection: only the final answer counts
     *answer = {};
     const std::size_t blank = line.find(' ');
     if (blank != std::string_view::npos)

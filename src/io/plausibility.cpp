@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
 
@@ -89,6 +90,13 @@ void check_holes(const DepthFigures& figures, std::vector<Warning>* warnings) {
        "files hold real numbers of millimetres, give --depth-scale 1000."});
 }
 
+void check_field_of_view(const Pinhole& k, const std::string& values, std::vector<Warning>* warnings) {
+  const double view = degrees(2 * std::atan(0.5 * k.width / k.fx));
+  if (view < 20 || view > 130)
+    warnings->push_back({fmt::format("the images would be {:.0f} degrees wide: {}", view, values),
+                         "Check that the intrinsics are in pixels, of images of this size."});
+}
+
 void check_camera(const SequenceInfo& info, std::vector<Warning>* warnings) {
   const Pinhole& k = info.camera;
   const std::string values = fmt::format("fx {} fy {} cx {} cy {} of {}x{} images ({})", k.fx, k.fy, k.cx, k.cy,
@@ -104,10 +112,7 @@ void check_camera(const SequenceInfo& info, std::vector<Warning>* warnings) {
   if (off_x > 0.15 || off_y > 0.15)
     warnings->push_back({"the principal point lies far from the images' centre: " + values,
                          "Check that the intrinsics belong to images of this size."});
-  const double view = 2 * std::atan(0.5 * k.width / k.fx) * 57.29577951308232;
-  if (view < 20 || view > 130)
-    warnings->push_back({fmt::format("the images would be {:.0f} degrees wide: {}", view, values),
-                         "Check that the intrinsics are in pixels, of images of this size."});
+  check_field_of_view(k, values, warnings);
 }
 
 double quantile(const std::vector<std::uint32_t>& counts, double count, double share) {

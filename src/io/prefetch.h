@@ -29,9 +29,9 @@ class Prefetcher {
   /// call after that gives the frame that follows.
   std::optional<Frame> next();
 
-  /// How long the frame of the last next() took to read, decode and undistort, wall time, ms.
+  /// How long the frame of the latest next() took to read, decode and undistort, wall time, ms.
   double decode_milliseconds() const { return decode_milliseconds_; }
-  /// How long the last next() waited for it, ms.
+  /// How long the latest next() waited for it, ms.
   double wait_milliseconds() const { return wait_milliseconds_; }
 
  private:

@@ -20,6 +20,7 @@
 #include "io/registration.h"
 #include "io/sequence_list.h"
 #include "io/trajectory.h"
+#include "io/wrapped_sequence.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
@@ -286,38 +287,24 @@ SequenceInfo describe(const std::string& path, const SequenceOptions& options, c
 }
 
 /// Another sequence, without the distortion of its depth.
-class UndistortedDepthSequence : public Sequence {
+class UndistortedDepthSequence : public WrappedSequence {
  public:
-  UndistortedDepthSequence(std::unique_ptr<Sequence> measured, DepthDistortion distortion)
-      : Sequence(noted(*measured, distortion), times_of(*measured)),
-        measured_(std::move(measured)),
-        distortion_(std::move(distortion)) {}
+  UndistortedDepthSequence(std::shared_ptr<const Sequence> measured, DepthDistortion distortion)
+      : WrappedSequence(measured, noted(measured->info(), distortion)), distortion_(std::move(distortion)) {}
 
   Frame read(int index) const override {
-    Frame frame = measured_->read(index);
+    Frame frame = WrappedSequence::read(index);
     distortion_.correct(frame.depth_scale, &frame.depth);
     return frame;
   }
 
-  ImuRecording read_imu(std::vector<std::string>* notes) const override { return measured_->read_imu(notes); }
-  Trajectory read_groundtruth(std::vector<std::string>* notes) const override {
-    return measured_->read_groundtruth(notes);
-  }
-
  private:
-  static SequenceInfo noted(const Sequence& measured, const DepthDistortion& distortion) {
-    SequenceInfo info = measured.info();
+  static SequenceInfo noted(SequenceInfo info, const DepthDistortion& distortion) {
     distortion.check_size(info.camera.width, info.camera.height);
     info.notes.push_back(distortion.describe() + " is taken out");
     return info;
   }
-  static std::vector<Nanoseconds> times_of(const Sequence& measured) {
-    std::vector<Nanoseconds> times;
-    for (int i = 0; i < measured.size(); ++i) times.push_back(measured.time(i));
-    return times;
-  }
 
-  std::unique_ptr<Sequence> measured_;
   DepthDistortion distortion_;
 };
 

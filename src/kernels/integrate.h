@@ -117,9 +117,9 @@ struct MarkBricks {
   PL_HD static void bounds(const F& x, float radius, const F& near_z, const F& far_z, float f, float c, F* low,
                            F* high) {
     const F a = (x - radius) * f, b = (x + radius) * f;
-    const F least = min(a, b), most = max(a, b);  // a negative focal length swaps them
-    *low = floor(min(least * near_z, least * far_z) + c + 0.5f);
-    *high = floor(max(most * near_z, most * far_z) + c + 0.5f);
+    const F lower = min(a, b), upper = max(a, b);  // a negative focal length swaps them
+    *low = floor(min(lower * near_z, lower * far_z) + c + 0.5f);
+    *high = floor(max(upper * near_z, upper * far_z) + c + 0.5f);
   }
 
   /// Nearest and farthest reading in a rectangle of pixels: at the level whose tiles are at least as large as the

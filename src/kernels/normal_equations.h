@@ -77,10 +77,10 @@ PL_SHARED double inverse_trace(const Matrix6d& l) {
 /// Eigenvalues of a symmetric matrix on the diagonal of `m`, its eigenvectors in the columns of `vectors`: cyclic
 /// Jacobi rotations (Golub, Van Loan, "Matrix Computations", 8.5).
 PL_SHARED void diagonalise(Matrix6d* m, Matrix6d* vectors) {
-  constexpr int kMostSweeps = 30;
+  constexpr int kMaxSweeps = 30;
   Matrix6d& a = *m;
   vectors->setIdentity();
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     double off = 0;
     for (int p = 0; p < 6; ++p)
       for (int q = p + 1; q < 6; ++q) off += a(p, q) * a(p, q);

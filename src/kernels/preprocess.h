@@ -10,7 +10,7 @@
 namespace plumbline::kernels {
 
 /// 2^x for x ≤ 0, relative error below 2e-4 down to 2⁻²⁴, which smaller ones become too. The sum with 1.5·2²³ rounds x
-/// to a whole number and holds it in its last bits, whence it goes into the exponent; a cubic stands for the rest.
+/// to a whole number and holds it in its lowest bits, whence it goes into the exponent; a cubic stands for the rest.
 template <class F>
 PL_HD F exp2_negative(const F& exponent) {
   constexpr float kRound = 12582912.0f;
@@ -161,8 +161,8 @@ struct PlaneNormals {
     // Sums over the window of 1, i, j, i², ij, j² and of w, i·w, j·w, with w = centre/z − 1.
     F n(0.0f), si(0.0f), sj(0.0f), sii(0.0f), sij(0.0f), sjj(0.0f), sw(0.0f), siw(0.0f), sjw(0.0f);
     // |z − centre| ≤ gate·centre, in terms of w.
-    const F least(1.0f / (1.0f + depth_gate) - 1.0f);
-    const F most(depth_gate < 1.0f ? 1.0f / (1.0f - depth_gate) - 1.0f : 1e30f);
+    const F lowest(1.0f / (1.0f + depth_gate) - 1.0f);
+    const F highest(depth_gate < 1.0f ? 1.0f / (1.0f - depth_gate) - 1.0f : 1e30f);
     const int j0 = y < radius ? -y : -radius;
     const int j1 = y + radius >= depth.height ? depth.height - 1 - y : radius;
     for (int j = j0; j <= j1; ++j) {
@@ -170,7 +170,7 @@ struct PlaneNormals {
       F rn(0.0f), ri(0.0f), rii(0.0f), rw(0.0f), riw(0.0f);
       for (int i = -radius; i <= radius; ++i) {
         const F difference = madd(centre, load<F>(row + i), F(-1.0f));
-        const auto same_surface = difference >= least && difference <= most;
+        const auto same_surface = difference >= lowest && difference <= highest;
         const F one = select(same_surface, F(1.0f), F(0.0f));
         const F w = select(same_surface, difference, F(0.0f));
         const float fi = static_cast<float>(i);

@@ -11,7 +11,7 @@
 
 namespace plumbline::kernels {
 
-constexpr int kMostLevels = 8;
+constexpr int kMaxLevels = 8;
 
 /// Whether the bin between these sums of counts holds the median.
 PL_SHARED bool holds_median(long long before, long long below, long long total) {
@@ -68,11 +68,12 @@ struct RegistrationRules {
   int converged_after = 0, max_iterations = 0;
   bool every_distribution = false;  ///< whether each iteration needs the distances' distribution
 
-  /// Of a pass at an estimate, after an iteration whose median distance was `last_median`, metres; 0 before the first.
-  PL_SHARED void set_gates(const SE3& model_from_live, double last_median, IcpInput* in) const {
+  /// Of a pass at an estimate, after an iteration whose median distance was `previous_median`, metres; 0 before the
+  /// first.
+  PL_SHARED void set_gates(const SE3& model_from_live, double previous_median, IcpInput* in) const {
     in->model_from_live = to_kernel(model_from_live);
     const double widest = widest_gate > distance_gate ? widest_gate : distance_gate,
-                 asked = gate_per_median * last_median;
+                 asked = gate_per_median * previous_median;
     in->distance_gate = static_cast<float>(asked < distance_gate ? distance_gate : (asked > widest ? widest : asked));
     in->cos_normal_gate = cos_normal_gate;
     in->band_low = 0;
@@ -103,15 +104,15 @@ struct Registration {
   RegistrationRules rules;
   Terms terms;
   SE3 world_from_model;
-  RegistrationLevel levels[kMostLevels];
+  RegistrationLevel levels[kMaxLevels];
   int level_count = 0;
 };
 
 /// What is to be summed up next.
 enum class RegistrationTask {
-  pass,               ///< `IcpReduce` of the level
-  correction,         ///< `IcpCorrection`: the pass had the band of the last median, now that of its own is known
-  last_distribution,  ///< `IcpReduce` once more, for its distribution: the last iteration came sooner than expected
+  pass,                ///< `IcpReduce` of the level
+  correction,          ///< `IcpCorrection`: the pass had the band of the previous median, now that of its own is known
+  final_distribution,  ///< `IcpReduce` once more, for its distribution: the final iteration came sooner than expected
   finished
 };
 
@@ -124,16 +125,16 @@ struct RegistrationPass {
 
 struct RegistrationState {
   RegistrationPass next;
-  SE3 model_from_live, before;  ///< the estimate, and that of the last iteration's pass
-  double median_distance = 0;   ///< of the last distribution, metres
+  SE3 model_from_live, before;  ///< the estimate, and that of the previous iteration's pass
+  double median_distance = 0;   ///< of the latest distribution, metres
   double slots[icp_sum::kCount] = {};
-  int bin = -1;            ///< of the median; of the last distribution
-  double h[36] = {};       ///< of the last system, left increments of model_from_live, column by column
-  double step[6] = {};     ///< of the last iteration: radians, metres
-  int rank = 0;            ///< of the last system
-  int made = 0, same = 0;  ///< iterations of this level; of these, with the last one's median
-  int last_bin = -1;
-  int iterations[kMostLevels] = {};
+  int bin = -1;            ///< of the median; of the latest distribution
+  double h[36] = {};       ///< of the latest system, left increments of model_from_live, column by column
+  double step[6] = {};     ///< of the latest iteration: radians, metres
+  int rank = 0;            ///< of the latest system
+  int made = 0, same = 0;  ///< iterations of this level; of these, with the previous one's median
+  int previous_bin = -1;
+  int iterations[kMaxLevels] = {};
 
   PL_SHARED int inliers() const { return static_cast<int>(slots[icp_sum::kInliers]); }
   PL_SHARED double rms() const {
@@ -143,13 +144,13 @@ struct RegistrationState {
 
 namespace detail {
 
-PL_SHARED bool is_last_level(const Registration& r, const RegistrationState& s) {
+PL_SHARED bool is_final_level(const Registration& r, const RegistrationState& s) {
   return s.next.level + 1 == r.level_count;
 }
 
-/// Whether the next iteration may be the frame's last, so that its distribution is told.
-PL_SHARED bool may_be_last(const Registration& r, const RegistrationState& s) {
-  return is_last_level(r, s) && s.made + 1 >= r.levels[s.next.level].iterations;
+/// Whether the next iteration may be the frame's final one, so that its distribution is told.
+PL_SHARED bool may_be_final(const Registration& r, const RegistrationState& s) {
+  return is_final_level(r, s) && s.made + 1 >= r.levels[s.next.level].iterations;
 }
 
 /// The input of an iteration at the estimate.
@@ -157,18 +158,19 @@ PL_SHARED void prepare_pass(const Registration& r, RegistrationState* s) {
   s->next.task = RegistrationTask::pass;
   s->next.in = r.levels[s->next.level].images;
   r.rules.set_gates(s->model_from_live, s->median_distance, &s->next.in);
-  if (!r.rules.every_distribution && !may_be_last(r, *s)) s->next.in.bins = 0;
+  if (!r.rules.every_distribution && !may_be_final(r, *s)) s->next.in.bins = 0;
   if (r.rules.median_filter) r.rules.set_band(s->median_distance, &s->next.in);
 }
 
-/// The last iteration's pass once more, its distribution being all that is asked for. Without a band: only pairs count.
-PL_SHARED void prepare_last_distribution(const Registration& r, RegistrationState* s) {
-  s->next.task = RegistrationTask::last_distribution;
+/// The final iteration's pass once more, its distribution being all that is asked for. Without a band: only pairs
+/// count.
+PL_SHARED void prepare_final_distribution(const Registration& r, RegistrationState* s) {
+  s->next.task = RegistrationTask::final_distribution;
   s->next.in = r.levels[s->next.level].images;
   r.rules.set_gates(s->before, 0, &s->next.in);
 }
 
-/// The pass was made with the band around the last median; whether its own asks for another one.
+/// The pass was made with the band around the previous median; whether its own asks for another one.
 PL_SHARED bool prepare_correction(const Registration& r, double median, RegistrationState* s) {
   IcpInput in = s->next.in;
   r.rules.set_band(median, &in);
@@ -213,16 +215,16 @@ PL_SHARED bool still_moves(const RegistrationRules& rules, const double* step) {
 /// The median's bin has not changed over so many successive iterations (docs/method.md §4).
 PL_SHARED bool median_stands_still(const RegistrationRules& rules, RegistrationState* s) {
   if (rules.converged_after == 0) return false;
-  s->same = s->bin == s->last_bin ? s->same + 1 : 1;
-  s->last_bin = s->bin;
+  s->same = s->bin == s->previous_bin ? s->same + 1 : 1;
+  s->previous_bin = s->bin;
   return s->same >= rules.converged_after;
 }
 
 PL_SHARED bool level_is_through(const Registration& r, RegistrationState* s) {
-  const int least = r.levels[s->next.level].iterations,
-            most = r.rules.converged_step > 0 ? r.rules.max_iterations : least;
+  const int min_iterations = r.levels[s->next.level].iterations,
+            max_iterations = r.rules.converged_step > 0 ? r.rules.max_iterations : min_iterations;
   if (median_stands_still(r.rules, s)) return true;
-  return s->made >= least && (s->made >= most || !still_moves(r.rules, s->step));
+  return s->made >= min_iterations && (s->made >= max_iterations || !still_moves(r.rules, s->step));
 }
 
 PL_SHARED void end_iteration(const Registration& r, RegistrationState* s) {
@@ -233,13 +235,13 @@ PL_SHARED void end_iteration(const Registration& r, RegistrationState* s) {
   ++s->iterations[s->next.level];
   const bool through = level_is_through(r, s), nothing_to_hold = s->inliers() < level.min_inliers;
   if (!through && !nothing_to_hold) return prepare_pass(r, s);
-  if (!is_last_level(r, *s)) {
+  if (!is_final_level(r, *s)) {
     ++s->next.level;
     s->made = s->same = 0;
-    s->last_bin = -1;
+    s->previous_bin = -1;
     return prepare_pass(r, s);
   }
-  if (!with_distribution && r.rules.bins > 0) return prepare_last_distribution(r, s);
+  if (!with_distribution && r.rules.bins > 0) return prepare_final_distribution(r, s);
   s->next.task = RegistrationTask::finished;
 }
 
@@ -267,7 +269,7 @@ PL_SHARED void advance(const Registration& r, const double* slots, int bin, Regi
     case RegistrationTask::correction:
       for (int i = 0; i < icp_sum::kCount; ++i) s->slots[i] += slots[i];
       return detail::end_iteration(r, s);
-    case RegistrationTask::last_distribution:
+    case RegistrationTask::final_distribution:
       s->median_distance = median;
       s->next.task = RegistrationTask::finished;
       return;

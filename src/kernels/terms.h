@@ -114,7 +114,7 @@ struct TranslationPrior {
   }
 };
 
-/// A Gaussian belief of the whole pose, as a filter predicts it (docs/method.md §8): residual
+/// A Gaussian prediction of the whole pose, as a filter predicts it (docs/method.md §8): residual
 /// (log(R R̂ᵀ), t − t̂) in the world's axes.
 struct PosePrior {
   SE3 expected;          ///< world_from_camera

@@ -22,9 +22,9 @@ std::pair<double, double> robust_range(std::vector<double>& values) {
   const auto low = values.begin() + static_cast<std::ptrdiff_t>(cut);
   const auto high = values.end() - 1 - static_cast<std::ptrdiff_t>(cut);
   std::nth_element(values.begin(), low, values.end());
-  const double least = *low;
+  const double lowest = *low;
   std::nth_element(values.begin(), high, values.end());
-  return {least, *high};
+  return {lowest, *high};
 }
 
 VolumePlacementResult fit_volume(const VolumeParameters& parameters, const Pinhole& camera,

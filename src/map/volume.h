@@ -58,7 +58,7 @@ class Volume {
   const SE3& world_from_volume() const { return world_from_volume_; }
   double side() const { return view_.voxel_size * static_cast<double>(view_.resolution()); }
   double voxel_size() const { return view_.voxel_size; }
-  int bricks_updated() const;  ///< by the last frame
+  int bricks_updated() const;  ///< by the latest frame
   const kernels::BrickMap& view() const { return view_; }
 
  private:

@@ -89,7 +89,7 @@ PeriodicError fitted(const std::vector<RestReadings>& rests, int harmonics) {
       basis(i, 2 * k) = std::cos(static_cast<double>(k) * rest.angle);
     }
   }
-  // The least solution where the angles do not tell the harmonics apart.
+  // The shortest solution where the angles do not tell the harmonics apart.
   const Eigen::VectorXd found = basis.completeOrthogonalDecomposition().solve(values);
   PeriodicError fit;
   fit.constant = found[0];

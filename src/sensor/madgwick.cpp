@@ -68,10 +68,10 @@ std::vector<OrientationSample> madgwick_orientation(const ImuRecording& recordin
     throw Error("there is no gyroscope in the readings", "Madgwick filter", "give gyroscope and accelerometer");
   std::vector<OrientationSample> samples;
   Quaterniond q = first_orientation(recording.samples.front());
-  Nanoseconds last = recording.samples.front().time;
+  Nanoseconds previous = recording.samples.front().time;
   for (const ImuSample& reading : recording.samples) {
-    q = step(q, reading, to_seconds(reading.time - last), gain);
-    last = reading.time;
+    q = step(q, reading, to_seconds(reading.time - previous), gain);
+    previous = reading.time;
     samples.push_back({reading.time, q.toRotationMatrix()});
   }
   return samples;

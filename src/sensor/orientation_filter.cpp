@@ -247,7 +247,7 @@ class ForwardFilter {
         heading_(o, interval),
         force_(o.tau_accelerometer, interval) {}
 
-  /// `seconds`: since the last reading; zero for the first.
+  /// `seconds`: since the previous reading; zero for the first.
   void update(const ImuSample& reading, double seconds) {
     if (is_measured(reading.specific_force)) rest_.update(reading.angular_rate, reading.specific_force);
     inertial_from_body_ =
@@ -358,13 +358,13 @@ std::vector<Quaterniond> level_both_ways(const std::vector<ImuSample>& readings,
   std::vector<Quaterniond> orientation;
   std::vector<Vector3d> force;
   Quaterniond inertial_from_body = Quaterniond::Identity();
-  Vector3d last = Vector3d::Zero();
+  Vector3d previous = Vector3d::Zero();
   for (std::size_t i = 0; i < readings.size(); ++i) {
     const Vector3d turn = seconds_before(readings, i) * (readings[i].angular_rate - bias[i]);
     inertial_from_body = (inertial_from_body * rotation_of(turn)).normalized();
-    if (is_measured(readings[i].specific_force)) last = inertial_from_body * readings[i].specific_force;
+    if (is_measured(readings[i].specific_force)) previous = inertial_from_body * readings[i].specific_force;
     orientation.push_back(inertial_from_body);
-    force.push_back(last);
+    force.push_back(previous);
   }
   force = low_pass_both_ways<3>(std::move(force), options.tau_accelerometer, interval);
   Quaterniond level_from_inertial = Quaterniond::Identity();
@@ -425,17 +425,23 @@ std::vector<OrientationSample> smooth_orientation(const ImuRecording& recording,
   return samples;
 }
 
-std::vector<OrientationSample> tilt_from_accelerometer(const ImuRecording& recording, double tau, bool both_ways) {
-  if (!(tau >= 0 && tau < 1e6)) throw Error("the time constant is out of range", kWhere, "give seconds from 0");
+namespace {
+
+std::vector<Vector3d> smoothed_force(const ImuRecording& recording, double tau, bool both_ways) {
   const double interval = interval_of(recording.samples);
   std::vector<Vector3d> force;
   for (const ImuSample& reading : recording.samples) force.push_back(reading.specific_force);
-  if (both_ways) {
-    force = low_pass_both_ways<3>(std::move(force), tau, interval);
-  } else {
-    LowPass<3> filter(tau, interval);
-    for (Vector3d& f : force) f = filter.update(f);
-  }
+  if (both_ways) return low_pass_both_ways<3>(std::move(force), tau, interval);
+  LowPass<3> filter(tau, interval);
+  for (Vector3d& f : force) f = filter.update(f);
+  return force;
+}
+
+}  // namespace
+
+std::vector<OrientationSample> tilt_from_accelerometer(const ImuRecording& recording, double tau, bool both_ways) {
+  if (!(tau >= 0 && tau < 1e6)) throw Error("the time constant is out of range", kWhere, "give seconds from 0");
+  const std::vector<Vector3d> force = smoothed_force(recording, tau, both_ways);
   std::vector<OrientationSample> samples;
   Quaterniond earth_from_body = Quaterniond::Identity();
   for (std::size_t i = 0; i < force.size(); ++i) {

@@ -34,7 +34,7 @@ struct OrientationFilterOptions {
   double field_reference_tau = 20;  ///< with which the undisturbed field is followed
   double field_norm = 0.1;          ///< of the norm: farther from the reference the field is disturbed
   double field_dip = 10;            ///< °, the same of the dip
-  double undisturbed_time = 0.5;    ///< before a field is believed again
+  double undisturbed_time = 0.5;    ///< before a field is used again
   double new_field_time = 20;       ///< a disturbed field that stays so while the sensor turns is the new reference
   double new_field_first_time = 5;  ///< the same where there is no reference yet
   double new_field_rate = 20;       ///< °/s of turning that counts for it
@@ -54,7 +54,7 @@ std::vector<OrientationSample> filter_orientation(const ImuRecording& recording,
 std::vector<OrientationSample> smooth_orientation(const ImuRecording& recording,
                                                   const OrientationFilterOptions& options = {});
 
-/// Seconds; on real hand motion (TUM fr1) near the least error of the tilt, forward and backward and forward only.
+/// Seconds; on real hand motion (TUM fr1) near the smallest error of the tilt, forward and backward and forward only.
 constexpr double kTiltTau = 0.1, kTiltTauForward = 0.03;
 
 /// Accelerometer alone: the low-passed specific force is taken for "up". Between two readings the orientation turns

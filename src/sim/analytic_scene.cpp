@@ -263,14 +263,22 @@ double AnalyticScene::signed_distance(const Vector3d& point_world) const {
 
 double AnalyticScene::distance(const Vector3d& point_world) const { return std::abs(signed_distance(point_world)); }
 
+namespace {
+
+LocalHit intersect_primitive(const Primitive& primitive, const Vector3d& origin_world,
+                             const Vector3d& direction_world) {
+  const SE3& pose = primitive.world_from_local;
+  const Vector3d origin = pose.rotation().transpose() * (origin_world - pose.translation());
+  return intersect_local(primitive, origin, pose.rotation().transpose() * direction_world);
+}
+
+}  // namespace
+
 std::optional<Hit> AnalyticScene::intersect(const Vector3d& origin_world, const Vector3d& direction_world) const {
   LocalHit best;
   std::size_t index = primitives.size();
   for (std::size_t i = 0; i < primitives.size(); ++i) {
-    const SE3& pose = primitives[i].world_from_local;
-    const Vector3d origin = pose.rotation().transpose() * (origin_world - pose.translation());
-    const Vector3d direction = pose.rotation().transpose() * direction_world;
-    const LocalHit hit = intersect_local(primitives[i], origin, direction);
+    const LocalHit hit = intersect_primitive(primitives[i], origin_world, direction_world);
     if (hit.t < best.t) {
       best = hit;
       index = i;

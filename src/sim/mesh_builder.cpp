@@ -102,6 +102,21 @@ SE3 turned(double x, double y, double z, double about_x, double about_y, double 
   return {rotation, Vector3d(x, y, z)};
 }
 
+namespace {
+
+/// Two triangles for each cell of a grid whose vertices stand row by row from `first` on.
+void add_cells(std::uint32_t first, int rows, int columns, Mesh* mesh) {
+  const auto at = [&](int i, int j) { return first + static_cast<std::uint32_t>(i * (columns + 1) + j); };
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < columns; ++j) {
+      mesh->triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh->triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+}
+
+}  // namespace
+
 void MeshBuilder::grid(const SE3& pose, int rows, int columns, const std::function<Vector3d(double, double)>& point,
                        const Paint& paint) {
   const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
@@ -113,13 +128,7 @@ void MeshBuilder::grid(const SE3& pose, int rows, int columns, const std::functi
       mesh_.colors.push_back(paint(local));
     }
   }
-  const auto at = [&](int i, int j) { return first + static_cast<std::uint32_t>(i * (columns + 1) + j); };
-  for (int i = 0; i < rows; ++i) {
-    for (int j = 0; j < columns; ++j) {
-      mesh_.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh_.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
+  add_cells(first, rows, columns, &mesh_);
 }
 
 void MeshBuilder::box(const SE3& pose, const Vector3d& half, const Paint& paint) {

@@ -101,6 +101,13 @@ double area(const Mesh& mesh, const Mesh::Triangle& t) {
 
 /// Points spread evenly over the mesh's area, from which its extent is judged: vertices would count a finely meshed
 /// detail for more than a wide plane. Empty for a mesh without area.
+/// Where two numbers of [0, 1) lie on a triangle, so that equal shares of them take equal areas (Turk 1990).
+Vector3f point_on(const Mesh& mesh, const Mesh::Triangle& t, const Vector2d& s) {
+  const float root = std::sqrt(static_cast<float>(s.x())), share = static_cast<float>(s.y());
+  return (1 - root) * to_vector(mesh.positions[t.a]) + root * (1 - share) * to_vector(mesh.positions[t.b]) +
+         root * share * to_vector(mesh.positions[t.c]);
+}
+
 std::vector<Vector3f> spread_points(const Mesh& mesh) {
   constexpr int kPoints = 20'000;
   double total = 0;
@@ -111,11 +118,7 @@ std::vector<Vector3f> spread_points(const Mesh& mesh) {
   for (const Mesh::Triangle& t : mesh.triangles) {
     sum += area(mesh, t);
     while (static_cast<double>(points.size()) + 0.5 < sum / total * kPoints) {
-      const Vector2d s = low_discrepancy(static_cast<int>(points.size()));
-      const float root = std::sqrt(static_cast<float>(s.x())), share = static_cast<float>(s.y());
-      points.push_back((1 - root) * to_vector(mesh.positions[t.a]) +
-                       root * (1 - share) * to_vector(mesh.positions[t.b]) +
-                       root * share * to_vector(mesh.positions[t.c]));
+      points.push_back(point_on(mesh, t, low_discrepancy(static_cast<int>(points.size()))));
     }
   }
   return points;
@@ -269,10 +272,10 @@ class MeshRenderer::Implementation {
 
 /// The nearest front face, or with back faces shown the nearest face.
 RTCRayHit MeshRenderer::Implementation::first_hit(const Job& job, const Vector3f& direction) const {
-  constexpr int kMostLayers = 64;
+  constexpr int kMaxLayers = 64;
   float near = 0;
   RTCRayHit hit{};
-  for (int layer = 0; layer < kMostLayers; ++layer) {
+  for (int layer = 0; layer < kMaxLayers; ++layer) {
     hit = embree::intersect(scene_.get(), job.origin, direction, near);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID || job.options.back_faces == BackFaces::darker) return hit;
     const Vector3f normal(hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z);

@@ -65,16 +65,22 @@ std::vector<SE3> sampled(const Motion& motion, int count) {
   return views;
 }
 
+constexpr int kColumns = 8, kRows = 6;  // of the rays of a view
+
+/// Not normalised, in the camera's axes.
+Vector3d viewing_ray(int i) {
+  const double x = 0.6 * (2 * ((i % kColumns) + 0.5) / kColumns - 1),
+               y = 0.45 * (2 * ((i / kColumns) + 0.5) / kRows - 1);
+  return {x, y, 1};
+}
+
 /// Shares of the rays of a Kinect's field of view.
 void judge_views(const Surveyor& surveyor, const std::vector<SE3>& views, const SE3& placing, Placement* placement) {
-  constexpr int kColumns = 8, kRows = 6;
   int in_range = 0, on_focus = 0;
   for (const SE3& view : views) {
     const SE3 pose = placing * view;
     for (int i = 0; i < kColumns * kRows; ++i) {
-      const double x = 0.6 * (2 * ((i % kColumns) + 0.5) / kColumns - 1),
-                   y = 0.45 * (2 * ((i / kColumns) + 0.5) / kRows - 1);
-      const Vector3d direction = (pose.rotation() * Vector3d(x, y, 1)).normalized();
+      const Vector3d direction = (pose.rotation() * viewing_ray(i)).normalized();
       const double t = surveyor.ray(pose.translation(), direction);
       if (!(t > 0.5 && t < 4)) continue;
       ++in_range;
@@ -148,8 +154,8 @@ Placement place(const Motion& recorded, const Scene& scene, double clearance) {
     c.placement.clearance = path_clearance(surveyor, path, c.placing, clearance);
     if (c.placement.clearance < 0) return;
     judge_views(surveyor, views, c.placing, &c.placement);
-    constexpr double kLeastInRange = 0.05;  // a path that sees next to nothing is not in the scene
-    if (c.placement.share_in_range >= kLeastInRange) c.score = c.placement.share_in_range + c.placement.share_on_focus;
+    constexpr double kMinInRange = 0.05;  // a path that sees next to nothing is not in the scene
+    if (c.placement.share_in_range >= kMinInRange) c.score = c.placement.share_in_range + c.placement.share_on_focus;
   });
   const auto best = std::max_element(list.begin(), list.end(),
                                      [](const Candidate& a, const Candidate& b) { return a.score < b.score; });

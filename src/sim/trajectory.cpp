@@ -60,8 +60,8 @@ SE3 regress(const std::vector<Sample>& samples, double t0, double window) {
     return bridge(*(middle - 1), *middle, t0);
   auto first = std::lower_bound(samples.begin(), samples.end(), t0 - window, by_time);
   auto last = std::lower_bound(samples.begin(), samples.end(), t0 + window, by_time);
-  constexpr std::ptrdiff_t kFewest = 5;
-  while (last - first < kFewest) {
+  constexpr std::ptrdiff_t kMinSamples = 5;
+  while (last - first < kMinSamples) {
     if (first != samples.begin()) --first;
     if (last != samples.end()) ++last;
   }
@@ -176,15 +176,24 @@ Motion::Motion(std::vector<SE3> controls, double interval) : controls_(std::move
   duration_ = interval_ * static_cast<double>(controls_.size() - 1);
 }
 
+namespace {
+
+/// Of the cubic B-spline, 0 ≤ u ≤ 1 (Kim, Kim, Shin 1995).
+std::array<double, 3> cumulative_basis(double u) {
+  const double u2 = u * u, u3 = u2 * u;
+  return {(5 + 3 * u - 3 * u2 + u3) / 6, (1 + 3 * u + 3 * u2 - 2 * u3) / 6, u3 / 6};
+}
+
+}  // namespace
+
 SE3 Motion::at(double seconds) const {
   const double position = std::clamp(seconds, 0.0, duration_) / interval_;
   const auto last = static_cast<std::ptrdiff_t>(controls_.size()) - 1;
   const auto i = std::min(static_cast<std::ptrdiff_t>(position), last - 1);
-  const double u = position - static_cast<double>(i), u2 = u * u, u3 = u2 * u;
   const auto control = [&](std::ptrdiff_t k) -> const SE3& {
     return controls_[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
   };
-  const std::array<double, 3> cumulative = {(5 + 3 * u - 3 * u2 + u3) / 6, (1 + 3 * u + 3 * u2 - 2 * u3) / 6, u3 / 6};
+  const std::array<double, 3> cumulative = cumulative_basis(position - static_cast<double>(i));
   Matrix3d rotation = control(i - 1).rotation();
   Vector3d translation = control(i - 1).translation();
   for (std::ptrdiff_t k = 0; k < 3; ++k) {
@@ -209,8 +218,8 @@ Motion Motion::placed(const SE3& placed_from_world) const {
 }
 
 Motion smooth_motion(const Trajectory& recorded, double window, Smoothing* lost) {
-  constexpr std::size_t kFewest = 5;
-  if (recorded.size() < kFewest)
+  constexpr std::size_t kMinSamples = 5;
+  if (recorded.size() < kMinSamples)
     throw Error("has " + std::to_string(recorded.size()) + " poses, too few for a smooth path", kWhere,
                 "give a trajectory of at least 5 poses");
   std::vector<Sample> samples;

@@ -6,7 +6,7 @@
 namespace plumbline {
 
 /// A Gaussian of the camera's position, world frame.
-struct PositionBelief {
+struct PositionPrediction {
   Eigen::Vector3d mean;        ///< metres
   Eigen::Matrix3d covariance;  ///< metres²
 };
@@ -20,11 +20,11 @@ class MotionModel {
   /// `sigma`: m/s. `memory`: seconds; 0 expects the camera to stay where it is (docs/method.md §6.2).
   MotionModel(double sigma, double memory);
 
-  /// `seconds` after the last believed position.
-  PositionBelief predict(const Eigen::Vector3d& last, double seconds) const;
+  /// `seconds` after the previous accepted position.
+  PositionPrediction predict(const Eigen::Vector3d& previous, double seconds) const;
 
-  /// A position that is believed, `seconds` after the last one. `covariance`: of the position, prediction included.
-  void observe(const Eigen::Vector3d& last, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance,
+  /// An accepted position, `seconds` after the previous one. `covariance`: of the position, prediction included.
+  void observe(const Eigen::Vector3d& previous, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance,
                double seconds);
 
  private:
@@ -37,11 +37,11 @@ class MotionModel {
 /// a place to start from, never a term in the solve.
 class SteadyTurn {
  public:
-  /// `seconds` after `last`, world_from_camera.
-  Eigen::Matrix3d predict(const Eigen::Matrix3d& last, double seconds) const;
+  /// `seconds` after `previous`, world_from_camera.
+  Eigen::Matrix3d predict(const Eigen::Matrix3d& previous, double seconds) const;
 
-  /// A rotation that is believed, `seconds` after the last one.
-  void observe(const Eigen::Matrix3d& last, const Eigen::Matrix3d& rotation, double seconds);
+  /// An accepted rotation, `seconds` after the previous one.
+  void observe(const Eigen::Matrix3d& previous, const Eigen::Matrix3d& rotation, double seconds);
   /// After a lost frame nothing is expected to go on.
   void forget() { rate_.setZero(); }
 

@@ -13,9 +13,9 @@ namespace {
 // periods of a sensor's systematic error.
 constexpr std::size_t kSpanFrames = 10;
 constexpr std::size_t kShortestSpan = 4;
-constexpr double kDecay = 0.95;     // the last twenty spans count
-constexpr double kFewestSpans = 3;  // before these there is no judgement
-constexpr double kRegain = 0.5;     // of the limit: trust comes back later than it goes
+constexpr double kDecay = 0.95;  // the latest twenty spans count
+constexpr double kMinSpans = 3;  // before these there is no judgement
+constexpr double kRegain = 0.5;  // of the limit: trust comes back later than it goes
 
 /// The tilt of an orientation alone: the turn about a horizontal axis that brings up, as it is in the world, where it
 /// is in the camera.
@@ -59,7 +59,7 @@ void OrientationMonitor::observe(const Eigen::Matrix3d& earth_from_camera, const
   missed_ = kDecay * missed_ + missed * missed;
   turned_ = kDecay * turned_ + turned * turned;
   count_ = kDecay * count_ + 1;
-  if (count_ < kFewestSpans) return;
+  if (count_ < kMinSpans) return;
   const double limit = distrust_ * turned_ + floor_ * floor_ * count_;
   trusted_ = missed_ <= (trusted_ ? limit : kRegain * limit);
 }
@@ -87,25 +87,26 @@ OrientationUse OrientationGuide::use(const std::optional<Eigen::Matrix3d>& earth
   return earth_from_world_ ? OrientationUse::used : OrientationUse::first;
 }
 
-SE3 OrientationGuide::seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const {
-  if (!sensor_.has_heading) return last;
+SE3 OrientationGuide::seed(const SE3& previous, const Eigen::Matrix3d& earth_from_camera) const {
+  if (!sensor_.has_heading) return previous;
   switch (parameters_.seed) {
     case OrientationSeed::none:
-      return last;
+      return previous;
     case OrientationSeed::absolute:
-      return {earth_from_world_->transpose() * earth_from_camera, last.translation()};
+      return {earth_from_world_->transpose() * earth_from_camera, previous.translation()};
     case OrientationSeed::relative:
-      if (!last_) return last;  // the last believed frame had no reading
-      return {last_->world_from_camera * last_->earth_from_camera.transpose() * earth_from_camera, last.translation()};
+      if (!reference_) return previous;  // the previous accepted frame had no reading
+      return {reference_->world_from_camera * reference_->earth_from_camera.transpose() * earth_from_camera,
+              previous.translation()};
   }
-  return last;
+  return previous;
 }
 
 std::vector<SE3> OrientationGuide::starts(const SE3& seed, const Eigen::Matrix3d& earth_from_camera) const {
   constexpr double kOfTurn = 0.5, kSigmas = 1.5;  // how far the heading may be wrong
   std::vector<SE3> starts = {seed};
-  if (parameters_.search.radians() <= 0 || !sensor_.has_heading || !last_ || !earth_from_world_) return starts;
-  const double turned = so3::angle(last_->earth_from_camera.transpose() * earth_from_camera),
+  if (parameters_.search.radians() <= 0 || !sensor_.has_heading || !reference_ || !earth_from_world_) return starts;
+  const double turned = so3::angle(reference_->earth_from_camera.transpose() * earth_from_camera),
                step = parameters_.search.radians(),
                farthest = std::min(kOfTurn * turned, kSigmas * parameters_.heading_sigma.radians());
   const Eigen::Vector3d up = earth_from_world_->row(2);  // in the world
@@ -130,14 +131,14 @@ void OrientationGuide::add_term(const Eigen::Matrix3d& earth_from_camera, kernel
 
 void OrientationGuide::observe(const SE3& world_from_camera, const std::optional<Eigen::Matrix3d>& earth_from_camera,
                                const std::optional<Eigen::Matrix3d>& witness) {
-  last_.reset();
+  reference_.reset();
   if (!is_on() || !earth_from_camera) return;
   if (witness) judge(*earth_from_camera, *witness);
   if (!monitor_.trusted()) {
     if (sensor_.has_heading) earth_from_world_.reset();  // tied anew when trust comes back
     return;
   }
-  last_ = Reference{world_from_camera.rotation(), *earth_from_camera};
+  reference_ = Reference{world_from_camera.rotation(), *earth_from_camera};
   if (!earth_from_world_) earth_from_world_ = *earth_from_camera * world_from_camera.rotation().transpose();
 }
 

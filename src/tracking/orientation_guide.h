@@ -1,15 +1,15 @@
-// What an orientation sensor contributes to tracking: the seed, the term in the solve, and whether it can be believed.
+// What an orientation sensor contributes to tracking: the seed, the term in the solve, and whether it is trusted.
 //
 // Frames: E earth (east, north, up), W world, C camera. Readings are earth_from_camera: mounting and time have been
 // taken care of.
 #pragma once
 
 #include <deque>
-#include <numbers>
 #include <optional>
 #include <string_view>
 #include <vector>
 
+#include "plumbline/angles.h"
 #include "plumbline/orientation.h"
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
@@ -28,7 +28,7 @@ class OrientationMonitor {
   void observe(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& world_from_camera);
   bool trusted() const { return trusted_; }
 
-  static constexpr double kFloor = std::numbers::pi / 180;
+  static constexpr double kFloor = radians(1);
 
  private:
   struct Pair {
@@ -45,26 +45,26 @@ bool uses_sensor(const OrientationParameters& parameters);
 
 class OrientationGuide {
  public:
-  /// The headings of a sensor that has none, as an accelerometer, are used nowhere. Throws Error for a covariance that is
-  /// none.
+  /// The headings of a sensor that has none, as an accelerometer, are used nowhere. Throws Error for a covariance that
+  /// is none.
   explicit OrientationGuide(const OrientationParameters& parameters, const OrientationSensor& sensor = {});
 
   /// What a reading is good for now.
   OrientationUse use(const std::optional<Eigen::Matrix3d>& earth_from_camera) const;
 
-  /// Initial guess of a frame: the position of `last`, and the rotation that the parameters ask for (docs/method.md §2
-  /// and §6.3); `last` itself for a sensor without heading. The reading must be usable (`use` says so).
-  SE3 seed(const SE3& last, const Eigen::Matrix3d& earth_from_camera) const;
+  /// Initial guess of a frame: the position of `previous`, and the rotation that the parameters ask for (docs/method.md
+  /// §2 and §6.3); `previous` itself for a sensor without heading. The reading must be usable (`use` says so).
+  SE3 seed(const SE3& previous, const Eigen::Matrix3d& earth_from_camera) const;
 
   /// Initial guesses, `seed` first. A smooth systematic error of the heading (docs/method.md §5) grows with the turn
-  /// since the last reading, and may put the seed outside of what ICP converges from: so the others are turned about
-  /// the vertical.
+  /// since the previous reading, and may put the seed outside of what ICP converges from: so the others are turned
+  /// about the vertical.
   std::vector<SE3> starts(const SE3& seed, const Eigen::Matrix3d& earth_from_camera) const;
 
   /// Adds the term that the parameters name, if they do.
   void add_term(const Eigen::Matrix3d& earth_from_camera, kernels::Terms* terms) const;
 
-  /// A pose that is believed, with the frame's reading if it has one. `witness` is the rotation to judge the sensor by:
+  /// An accepted pose, with the frame's reading if it has one. `witness` is the rotation to judge the sensor by:
   /// the pose's own, or one that was found without the sensor; none if nothing speaks for or against it.
   void observe(const SE3& world_from_camera, const std::optional<Eigen::Matrix3d>& earth_from_camera,
                const std::optional<Eigen::Matrix3d>& witness);
@@ -82,7 +82,7 @@ class OrientationGuide {
   OrientationSensor sensor_;
   OrientationMonitor monitor_;
   std::optional<Eigen::Matrix3d> earth_from_world_;
-  std::optional<Reference> last_;  ///< of the last believed frame
+  std::optional<Reference> reference_;  ///< of the previous accepted frame
 };
 
 }  // namespace plumbline

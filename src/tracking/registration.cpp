@@ -60,15 +60,15 @@ int min_inliers_at(int level) { return std::max(6, kMinInliers >> (2 * level)); 
 
 // A level of fewer columns has too few points to be better than the next finer one's start: with four levels of 640
 // pixels the camera was lost three times as often as with three (docs/decisions/0010).
-constexpr int kFewestColumns = 64;
+constexpr int kMinColumns = 64;
 
 /// Where the number of iterations is not fixed, the finer levels make up for such a level.
 bool is_too_coarse(const TrackingParameters& parameters, const DepthLevel& level) {
-  return parameters.converged_step > 0 && level.camera.width < kFewestColumns;
+  return parameters.converged_step > 0 && level.camera.width < kMinColumns;
 }
 
 /// The finest level that iterates.
-int last_level(const TrackingParameters& parameters) {
+int finest_iterated_level(const TrackingParameters& parameters) {
   int level = parameters.finest_level;
   for (auto limit = parameters.iterations.rbegin(); limit != parameters.iterations.rend() && *limit == 0; ++limit)
     ++level;
@@ -87,9 +87,9 @@ class Levels {
       const auto at = static_cast<std::size_t>(level);
       const int iterations = parameters.iterations[i];
       const bool is_left_out =
-          iterations == 0 || (level > last_level(parameters) && is_too_coarse(parameters, live[at]));
+          iterations == 0 || (level > finest_iterated_level(parameters) && is_too_coarse(parameters, live[at]));
       if (is_left_out) continue;
-      if (registration->level_count == kernels::kMostLevels)
+      if (registration->level_count == kernels::kMaxLevels)
         throw Error("there are too many levels", "tracking.iterations", "Give eight at most.");
       const int pixels = live[at].camera.width * live[at].camera.height;
       kernels::RegistrationLevel& out = registration->levels[registration->level_count++];
@@ -138,7 +138,7 @@ IcpIteration traced(const kernels::RegistrationState& state, const IcpSums& sums
   return trace;
 }
 
-/// What the last iteration says, in pixels of the full image.
+/// What the final iteration says, in pixels of the full image.
 void summarise(const kernels::RegistrationState& state, int level, TrackingResult* result) {
   using namespace kernels::icp_sum;
   result->pairs = static_cast<int>(state.slots[kPairs]) << (2 * level);
@@ -200,7 +200,7 @@ kernels::RegistrationRules registration_rules(const TrackingParameters& paramete
   rules.converged_step = parameters.converged_step;
   rules.converged_after = parameters.converged_after;
   rules.max_iterations = parameters.max_iterations;
-  // Counting costs a tenth of a pass, and else only the frame's last median is told.
+  // Counting costs a tenth of a pass, and else only the frame's final median is told.
   rules.every_distribution =
       parameters.gate_per_median > 0 || parameters.median_filter || parameters.converged_after > 0;
   return rules;

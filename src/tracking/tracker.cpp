@@ -121,7 +121,7 @@ Prediction Tracker::predict(const Frame& frame) const {
   if (tracking_.speed_memory > 0)
     expected.world_from_camera = {state_.turn.predict(previous.rotation(), seconds), previous.translation()};
   if (tracking_.speed_sigma > 0) {
-    const PositionBelief position = state_.motion.predict(previous.translation(), seconds);
+    const PositionPrediction position = state_.motion.predict(previous.translation(), seconds);
     expected.terms.set(translation_prior(position.mean, position.covariance));
   }
   return expected;

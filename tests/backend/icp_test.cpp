@@ -5,6 +5,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "plumbline/angles.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
@@ -15,7 +16,6 @@ namespace plumbline {
 namespace {
 
 using kernels::PixelUse;
-using test::kRadiansPerDegree;
 
 struct Gates {
   double distance = 0.1, cos_normal = std::cos(20 * kRadiansPerDegree);

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "plumbline/angles.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
@@ -12,7 +13,6 @@ namespace plumbline {
 namespace {
 
 using test::dirty_padding;
-using test::kRadiansPerDegree;
 using test::make_plane;
 using test::to_plane;
 

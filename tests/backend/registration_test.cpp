@@ -8,6 +8,7 @@
 #include <list>
 #include <numeric>
 
+#include "plumbline/angles.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
 #include "support/lane_types.h"
@@ -15,8 +16,6 @@
 
 namespace plumbline {
 namespace {
-
-using test::kRadiansPerDegree;
 
 /// The desk from two poses some 2 cm and 1.5° apart, on three levels, and what the registration may look for.
 class Problem {
@@ -215,7 +214,7 @@ TEST(Advance, EndsSoonerWhereTheStepIsSmallOrNothingMatches) {
   s = kernels::begin(r, SE3());
   int last = 0;
   while (s.next.task != kernels::RegistrationTask::finished) {
-    last += s.next.task == kernels::RegistrationTask::last_distribution ? 1 : 0;
+    last += s.next.task == kernels::RegistrationTask::final_distribution ? 1 : 0;
     kernels::advance(r, moves.data(), 3, &s);
   }
   EXPECT_EQ(s.iterations[0], 1);

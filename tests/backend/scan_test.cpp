@@ -61,11 +61,11 @@ TEST_P(Scan, ScanIsTheExclusivePrefixSum) {
 }
 
 TEST_P(Scan, ATotalThatThirtyTwoBitsCannotHoldIsAnError) {
-  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
-  std::vector<std::int32_t> just{kMost - 5, 2, 3};
-  EXPECT_EQ(backend().scan(just.data(), 3), kMost);
-  EXPECT_EQ(just, (std::vector<std::int32_t>{0, kMost - 5, kMost - 3}));
-  std::vector<std::int32_t> over{kMost, 1};
+  constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
+  std::vector<std::int32_t> just{kMax - 5, 2, 3};
+  EXPECT_EQ(backend().scan(just.data(), 3), kMax);
+  EXPECT_EQ(just, (std::vector<std::int32_t>{0, kMax - 5, kMax - 3}));
+  std::vector<std::int32_t> over{kMax, 1};
   EXPECT_THROW(backend().scan(over.data(), 2), Error);
   std::vector<std::int32_t> many(100000, 30000);  // no chunk overflows, the sum of the chunks does
   EXPECT_THROW(backend().scan(many.data(), 100000), Error);

@@ -8,6 +8,7 @@
 #include "core/random.h"
 #include "io/orientation_file.h"
 #include "io/trajectory.h"
+#include "plumbline/angles.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
@@ -23,8 +24,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using testing::HasSubstr;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 Vector3d random_vector(Random& random, double size) {
   return size * Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
 }
@@ -36,7 +35,7 @@ std::vector<Matrix3d> walk(std::uint64_t seed, const Vector3d& axes = Vector3d::
   std::vector<Matrix3d> cameras = {so3::exp(Vector3d(0, 0, random.uniform(-3, 3))) *
                                    so3::exp(Vector3d(-std::numbers::pi / 2, 0, 0))};
   for (int i = 1; i < 200; ++i)
-    cameras.push_back(cameras.back() * so3::exp(axes.cwiseProduct(random_vector(random, 6 * kDegree))));
+    cameras.push_back(cameras.back() * so3::exp(axes.cwiseProduct(random_vector(random, 6 * kRadiansPerDegree))));
   return cameras;
 }
 
@@ -45,7 +44,7 @@ std::vector<TurnPair> pairs_of(const std::vector<Matrix3d>& cameras, const std::
   Random random(17);
   std::vector<TurnPair> pairs;
   for (std::size_t i = 0; i + 5 < cameras.size(); i += 5)
-    pairs.push_back({cameras[i].transpose() * cameras[i + 5] * so3::exp(random_vector(random, 0.2 * kDegree)),
+    pairs.push_back({cameras[i].transpose() * cameras[i + 5] * so3::exp(random_vector(random, 0.2 * kRadiansPerDegree)),
                      stream[i], stream[i + 5]});
   return pairs;
 }
@@ -91,7 +90,7 @@ TEST(ConventionCheck, NamesEveryWrongConvention) {
         EXPECT_FALSE(best.mounting_fitted) << check.message;
         EXPECT_EQ(best.convention.quaternion, make(written).quaternion) << check.message;
         EXPECT_EQ(best.convention.orientation_of, make(written).orientation_of) << check.message;
-        EXPECT_LT(best.residual, 0.3 * kDegree);
+        EXPECT_LT(best.residual, 0.3 * kRadiansPerDegree);
         const bool order = ((written ^ declared) & 1) != 0, inverse = ((written ^ declared) & 2) != 0;
         EXPECT_EQ(check.message.find("--quaternion") != std::string::npos, order) << check.message;
         EXPECT_EQ(check.message.find("--orientation-of") != std::string::npos, inverse) << check.message;
@@ -116,14 +115,14 @@ TEST(ConventionCheck, SaysWhichOptionToGive) {
 }
 
 TEST(ConventionCheck, FindsTheMounting) {
-  for (const double wrong : {20 * kDegree, 90 * kDegree, 170 * kDegree}) {
+  for (const double wrong : {20 * kRadiansPerDegree, 90 * kRadiansPerDegree, 170 * kRadiansPerDegree}) {
     const auto cameras = walk(4);
     const Matrix3d body_from_camera = so3::exp(wrong * Vector3d(0.6, 0, 0.8)) * kMounting;
     const auto stream = stream_of(cameras, body_from_camera, {}, {});
     const ConventionCheck check = check_convention(pairs_of(cameras, stream), {}, kMounting);
     ASSERT_EQ(check.verdict, ConventionVerdict::another_fits) << check.message;
     EXPECT_EQ(check.best, 4u);
-    EXPECT_LT(so3::angle(check.fits[4].body_from_camera.transpose() * body_from_camera), 0.5 * kDegree);
+    EXPECT_LT(so3::angle(check.fits[4].body_from_camera.transpose() * body_from_camera), 0.5 * kRadiansPerDegree);
     EXPECT_THAT(check.message, HasSubstr("fits with --mounting \""));
     // The inverse in the other order is the same but for the earth's axes: see the header.
     EXPECT_NEAR(check.fits[7].residual, check.fits[4].residual, 1e-9);
@@ -137,7 +136,7 @@ TEST(ConventionCheck, FindsMountingAndInverseTogether) {
   const ConventionCheck check = check_convention(pairs_of(cameras, stream), {}, Matrix3d::Identity());
   ASSERT_EQ(check.verdict, ConventionVerdict::another_fits) << check.message;
   EXPECT_THAT(check.message, HasSubstr("--orientation-of world-to-body --mounting \""));
-  EXPECT_LT(so3::angle(check.fits[check.best].body_from_camera.transpose() * kMounting), 0.5 * kDegree);
+  EXPECT_LT(so3::angle(check.fits[check.best].body_from_camera.transpose() * kMounting), 0.5 * kRadiansPerDegree);
 }
 
 TEST(ConventionCheck, LetsTheErrorModelPass) {
@@ -192,7 +191,7 @@ TEST(ConventionCheck, SwappedAxesOfTheBodyAreAMounting) {
       check_convention(pairs_of(cameras, stream_of(cameras, swapped, {}, {})), {}, Matrix3d::Identity());
   ASSERT_EQ(check.verdict, ConventionVerdict::another_fits) << check.message;
   EXPECT_THAT(check.message, HasSubstr("fits with --mounting \""));
-  EXPECT_LT(so3::angle(check.fits[check.best].body_from_camera.transpose() * swapped), 0.5 * kDegree);
+  EXPECT_LT(so3::angle(check.fits[check.best].body_from_camera.transpose() * swapped), 0.5 * kRadiansPerDegree);
 }
 
 TEST(ConventionCheck, SwappedColumnsAreAnInverse) {
@@ -209,7 +208,7 @@ TEST(ConventionCheck, SwappedColumnsAreAnInverse) {
   EXPECT_THAT(check.message, HasSubstr("--orientation-of world-to-body --mounting"));
   Matrix3d minus_s;
   minus_s << 0, -1, 0, -1, 0, 0, 0, 0, -1;
-  EXPECT_LT(so3::angle(check.fits[check.best].body_from_camera.transpose() * minus_s), 0.5 * kDegree);
+  EXPECT_LT(so3::angle(check.fits[check.best].body_from_camera.transpose() * minus_s), 0.5 * kRadiansPerDegree);
 }
 
 TEST(ConventionCheck, SaysMirroredWhereOnlyAReflectionFits) {
@@ -277,7 +276,7 @@ TEST(ConventionCheck, OnARealMotion) {
     EXPECT_EQ(check.fits[check.best].convention.quaternion, kXyzw) << check.message;
     EXPECT_EQ(check.fits[check.best].convention.orientation_of, kToWorld) << check.message;
     EXPECT_FALSE(check.fits[check.best].mounting_fitted) << check.message;
-    EXPECT_LT(check.fits[check.best].residual, 0.01 * kDegree);
+    EXPECT_LT(check.fits[check.best].residual, 0.01 * kRadiansPerDegree);
   }
 }
 

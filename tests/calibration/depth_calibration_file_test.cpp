@@ -7,6 +7,7 @@
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

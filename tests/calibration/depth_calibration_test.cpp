@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/random.h"
+#include "plumbline/angles.h"
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
@@ -76,7 +77,7 @@ Found calibrate(double bend, double wrong, double speed = 1, int threads = 1) {
         if (std::uint16_t& reading = frame.depth.at(x, y); reading != 0)
           reading = static_cast<std::uint16_t>(std::lround(kScale / (kScale / reading + bend * pattern(x, y))));
     calibration.add(frame);
-    drift = SE3(so3::exp(wrong * test::kRadiansPerDegree * Vector3d(random.normal(), random.normal(), random.normal())),
+    drift = SE3(so3::exp(wrong * kRadiansPerDegree * Vector3d(random.normal(), random.normal(), random.normal())),
                 Vector3d::Zero()) *
             drift;
     path.push_back({time, drift * truth});
@@ -110,7 +111,7 @@ TEST(DepthCalibration, FindsThePatternFromAPathThatErrs) {
   EXPECT_LT(found.error, 0.25 * found.truth);
   EXPECT_LT(found.result->after, 0.7 * found.result->before);
   EXPECT_EQ(found.result->path.size(), 60U);
-  EXPECT_GT(found.given, 1 * test::kRadiansPerDegree);
+  EXPECT_GT(found.given, 1 * kRadiansPerDegree);
   EXPECT_LT(found.path, 0.15 * found.given);
 }
 

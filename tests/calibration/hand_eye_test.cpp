@@ -7,6 +7,7 @@
 
 #include "calibration/simulated_recording.h"
 #include "calibration/time_offset.h"
+#include "plumbline/angles.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
 #include "plumbline/trajectory.h"
@@ -16,7 +17,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using test::kDegree;
 
 Matrix3d random_rotation(Random& random) {
   return Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal())
@@ -30,14 +30,16 @@ Turns turns_of(Random& random, const Matrix3d& body_from_camera, double noise, i
   for (int i = 0; i < count; ++i) {
     const Vector3d axis = Vector3d(random.normal(), random.normal(), random.normal()).normalized();
     const Vector3d error = noise * Vector3d(random.normal(), random.normal(), random.normal());
-    const Vector3d a = random.uniform(10, 60) * kDegree * axis;
+    const Vector3d a = random.uniform(10, 60) * kRadiansPerDegree * axis;
     turns.body.push_back(body_from_camera * a);
     turns.camera.push_back(so3::log(so3::exp(error) * so3::exp(a)));
   }
   return turns;
 }
 
-double degrees_between(const Matrix3d& a, const Matrix3d& b) { return so3::angle(a.transpose() * b) / kDegree; }
+double degrees_between(const Matrix3d& a, const Matrix3d& b) {
+  return so3::angle(a.transpose() * b) / kRadiansPerDegree;
+}
 
 /// As the paper writes it: (MᵀM)^(−1/2) Mᵀ of M = Σ β αᵀ, with α that of the body.
 Matrix3d park_martin_by_the_letter(const Turns& turns) {
@@ -66,7 +68,7 @@ TEST(HandEye, TwoClosedFormsAgreeOnTurnsThatErr) {
   double tsai = 0, park = 0;
   for (int i = 0; i < 50; ++i) {
     const Matrix3d truth = random_rotation(random);
-    const Turns turns = turns_of(random, truth, 0.3 * kDegree);
+    const Turns turns = turns_of(random, truth, 0.3 * kRadiansPerDegree);
     const Matrix3d a = tsai_lenz(turns), b = fit_mounting(turns).proper;
     EXPECT_LT(degrees_between(b, park_martin_by_the_letter(turns)), 1e-6);
     EXPECT_LT(degrees_between(a, b), 0.3);
@@ -74,7 +76,7 @@ TEST(HandEye, TwoClosedFormsAgreeOnTurnsThatErr) {
     park = std::max(park, degrees_between(b, truth));
     // Either is where its residual is least: a small turn makes it worse.
     for (int axis = 0; axis < 3; ++axis)
-      for (const double step : {-2 * kDegree, 2 * kDegree})
+      for (const double step : {-2 * kRadiansPerDegree, 2 * kRadiansPerDegree})
         EXPECT_GT(turn_residual(turns, so3::exp(step * Vector3d::Unit(axis)) * b), turn_residual(turns, b));
   }
   EXPECT_LT(tsai, 0.4);

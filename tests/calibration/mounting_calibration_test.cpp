@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "calibration/simulated_recording.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
@@ -14,7 +15,6 @@ namespace plumbline {
 namespace {
 
 using Eigen::Vector3d;
-using test::kDegree;
 using test::record;
 using test::Recording;
 using test::RecordingOptions;
@@ -35,10 +35,10 @@ Outcome calibrate(RecordingOptions options, int cases) {
     const MountingCalibration c = calibrate_mounting(r.camera, r.stream());
     EXPECT_EQ(c.advice.empty(), c.verdict == MotionVerdict::good);
     const Vector3d error = so3::log(c.body_from_camera.transpose() * r.body_from_camera);
-    out.worst_mounting = std::max(out.worst_mounting, error.norm() / kDegree);
+    out.worst_mounting = std::max(out.worst_mounting, error.norm() / kRadiansPerDegree);
     out.worst_offset = std::max(out.worst_offset, 1e3 * std::abs(c.time_offset - r.time_offset));
     out.worst_closed_form =
-        std::max(out.worst_closed_form, so3::angle(c.park_martin.transpose() * r.body_from_camera) / kDegree);
+        std::max(out.worst_closed_form, so3::angle(c.park_martin.transpose() * r.body_from_camera) / kRadiansPerDegree);
     out.consistency += error.dot(c.covariance.inverse() * error) / 3 / cases;
     out.good += c.verdict == MotionVerdict::good;
   }
@@ -122,7 +122,7 @@ TEST(MountingCalibration, LostFramesAndWrongPosesAreBorne) {
     r.camera[i].world_from_camera =
         SE3(so3::exp(Vector3d(0.2, 0.1, -0.1)), Vector3d::Zero()) * r.camera[i].world_from_camera;
   const MountingCalibration c = calibrate_mounting(r.camera, r.stream());
-  EXPECT_LT(so3::angle(c.body_from_camera.transpose() * r.body_from_camera), 0.5 * kDegree);
+  EXPECT_LT(so3::angle(c.body_from_camera.transpose() * r.body_from_camera), 0.5 * kRadiansPerDegree);
   EXPECT_NEAR(c.time_offset, r.time_offset, 0.003);
 }
 

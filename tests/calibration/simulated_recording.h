@@ -10,6 +10,7 @@
 
 #include "calibration/mounting_calibration.h"
 #include "core/random.h"
+#include "plumbline/angles.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
@@ -39,8 +40,6 @@ struct Recording {
   OrientationStream stream() const { return {sensor, {}}; }
 };
 
-inline constexpr double kDegree = std::numbers::pi / 180;
-
 inline Eigen::Vector3d normals(std::uint64_t key, std::uint64_t n) {
   return {normal_at(key, 3 * n), normal_at(key, 3 * n + 1), normal_at(key, 3 * n + 2)};
 }
@@ -63,7 +62,7 @@ class Dance {
         return std::sin(2 * std::numbers::pi * sines_[axis][i].first * o_.tempo * t + sines_[axis][i].second);
       };
       const auto a = static_cast<Eigen::Index>(axis);
-      angles[a] = kDegree * (o_.reach[a] * (0.7 * sine(0) + 0.3 * sine(1)) + o_.tremor * (sine(2) + sine(3)));
+      angles[a] = kRadiansPerDegree * (o_.reach[a] * (0.7 * sine(0) + 0.3 * sine(1)) + o_.tremor * (sine(2) + sine(3)));
     }
     const auto turn = [](double angle, Eigen::Index axis) { return so3::exp(angle * Eigen::Vector3d::Unit(axis)); };
     return {turn(heading_, 2) * turn(-std::numbers::pi / 2, 0) * turn(angles[1], 1) * turn(angles[0], 0) *
@@ -87,7 +86,7 @@ inline Trajectory tracked(const Dance& dance, const RecordingOptions& o, Nanosec
     const auto n = static_cast<std::uint64_t>(i);
     lag = keep * lag + 0.1 * std::sqrt(1 - keep * keep) * normals(slow, n + 1);
     walk += 0.1 / std::sqrt(o.rate) * normals(drift, n);
-    Eigen::Vector3d error = kDegree * (0.05 * normals(white, n) + lag + walk);
+    Eigen::Vector3d error = kRadiansPerDegree * (0.05 * normals(white, n) + lag + walk);
     if (o.exact_poses) error.setZero();
     const SE3 pose = dance.at(i / o.rate);
     camera.push_back({start + from_seconds(i / o.rate), {so3::exp(error) * pose.rotation(), pose.translation()}});
@@ -113,8 +112,8 @@ inline Recording record(const RecordingOptions& o) {
   r.time_offset = -(sensor.latency + sensor.clock_offset);
   sensor.body_from_camera = r.body_from_camera;
   sensor.earth_from_world = so3::exp(Eigen::Vector3d(0, 0, random.uniform(-3, 3)));
-  sensor.tilt_error = o.ideal ? 0 : o.tilt_error * kDegree;
-  sensor.heading_error = o.ideal ? 0 : o.heading_error * kDegree;
+  sensor.tilt_error = o.ideal ? 0 : o.tilt_error * kRadiansPerDegree;
+  sensor.heading_error = o.ideal ? 0 : o.heading_error * kRadiansPerDegree;
   sensor.harmonics = o.harmonics;
   sensor.seed = o.seed;
   for (const sim::InertialSample& sample : sim::simulate_sensor(

@@ -14,6 +14,7 @@
 #include "capture/imu_source.h"
 #include "capture/serial_bus.h"
 #include "plumbline/time.h"
+#include "support/error_of.h"
 #include "support/fake_bno055.h"
 #include "support/temp_folder.h"
 #include "support/terminal.h"

@@ -14,6 +14,7 @@
 #include "plumbline/error.h"
 #include "plumbline/image.h"
 #include "plumbline/time.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline::capture {

@@ -9,6 +9,7 @@
 #include "capture/clock.h"
 #include "capture/frame_grabber.h"
 #include "plumbline/time.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline::capture {

@@ -17,6 +17,7 @@
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"
 #include "plumbline/time.h"
+#include "support/error_of.h"
 #include "support/small_disk.h"
 #include "support/temp_folder.h"
 

@@ -16,6 +16,7 @@
 #include <tuple>
 #include <vector>
 
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
@@ -367,7 +368,7 @@ TEST_P(RgbdSlam, ErrorsAreThoseOfTheBenchmarksTools) {
   const RelativeError relative = relative_trajectory_error(reference, estimate, {.delta = 1});
   EXPECT_EQ(relative.pairs.size(), p.relative_pairs);
   EXPECT_NEAR(relative.translation.rmse, p.rpe_translation, 2e-6);
-  EXPECT_NEAR(relative.rotation.rmse * 180 / std::numbers::pi, p.rpe_rotation, 2e-4);
+  EXPECT_NEAR(degrees(relative.rotation.rmse), p.rpe_rotation, 2e-4);
 }
 
 /// Published (Sturm et al. 2012; Endres et al. 2012): 0.026 m for fr1/desk, 0.0135 m for fr1/xyz. The digits beyond

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <stdexcept>
 
@@ -28,6 +27,7 @@
 #include "plumbline/config.h"
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
+#include "support/temp_folder.h"
 
 namespace plumbline::fuzz {
 namespace {
@@ -55,29 +55,17 @@ class MemoryFile {
 class Folder {
  public:
   Folder() {
-    std::string name = (fs::temp_directory_path() / "plumbline_fuzz_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder could be made");
-    path_ = name;
-    for (const char* file : {"depth/1.png", "depth/2.png", "rgb/1.png"}) {
-      fs::create_directories((path_ / file).parent_path());
-      std::ofstream(path_ / file) << "";
-    }
+    for (const char* file : {"depth/1.png", "depth/2.png", "rgb/1.png"}) test::write_text(folder_ / file, "");
   }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
 
-  const fs::path& path() const { return path_; }
+  const fs::path& path() const { return folder_.path(); }
   std::string with(const char* name, std::string_view bytes) const {
-    std::ofstream(path_ / name, std::ios::binary) << bytes;
-    return path_.string();
+    test::write_text(folder_ / name, bytes);
+    return folder_.path().string();
   }
 
  private:
-  fs::path path_;
+  test::TempFolder folder_;
 };
 
 void open_and_read(std::string_view bytes) {

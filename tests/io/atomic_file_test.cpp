@@ -11,6 +11,7 @@
 
 #include "io/images/png.h"
 #include "plumbline/image.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

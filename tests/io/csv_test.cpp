@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "io/datasets.h"
+#include "support/error_of.h"
 #include "support/source.h"
 #include "support/temp_folder.h"
 

@@ -10,6 +10,7 @@
 #include "io/png_samples.h"
 #include "plumbline/image.h"
 #include "support/data.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

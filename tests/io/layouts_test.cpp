@@ -11,6 +11,7 @@
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
 #include "support/data.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

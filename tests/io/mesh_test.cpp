@@ -9,6 +9,7 @@
 
 #include "io/mesh_samples.h"
 #include "plumbline/mesh.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

@@ -10,6 +10,7 @@
 #include "plumbline/se3.h"
 #include "plumbline/trajectory.h"
 #include "support/data.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

@@ -6,6 +6,7 @@
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"
+#include "support/error_of.h"
 #include "support/ros_writer.h"
 #include "support/temp_folder.h"
 

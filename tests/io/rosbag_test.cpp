@@ -6,6 +6,7 @@
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"
+#include "support/error_of.h"
 #include "support/source.h"
 #include "support/temp_folder.h"
 

@@ -15,6 +15,7 @@
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "support/data.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

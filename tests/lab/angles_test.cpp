@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <set>
 
 #include "eval/turned_pairs.h"
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
 #include "plumbline/trajectory.h"
@@ -21,12 +21,10 @@ using eval::TurnedPair;
 using eval::TurnedPairOptions;
 using testing::HasSubstr;
 
-constexpr double kRadians = std::numbers::pi / 180;
-
 using Poses = std::vector<std::optional<SE3>>;
 
 SE3 looking(double degrees, double x = 0) {
-  return {so3::exp(Eigen::Vector3d(0, kRadians * degrees, 0)), Eigen::Vector3d(x, 0, 0)};
+  return {so3::exp(Eigen::Vector3d(0, kRadiansPerDegree * degrees, 0)), Eigen::Vector3d(x, 0, 0)};
 }
 
 /// Turns by a degree a frame and drifts by a millimetre.
@@ -38,8 +36,8 @@ Poses steady_turn(int frames) {
 
 TurnedPairOptions at(double degrees, std::size_t count = 20) {
   TurnedPairOptions options;
-  options.angle = kRadians * degrees;
-  options.tolerance = kRadians * 0.5;
+  options.angle = kRadiansPerDegree * degrees;
+  options.tolerance = kRadiansPerDegree * 0.5;
   options.count = count;
   return options;
 }
@@ -49,7 +47,7 @@ TEST(TurnedPairs, HaveTheAngleAndLieSpreadOverTheSequence) {
   const std::vector<TurnedPair> pairs = eval::turned_pairs(poses, at(15, 10));
   ASSERT_EQ(pairs.size(), 10U);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    EXPECT_NEAR(pairs[k].angle, kRadians * 15, 1e-9);
+    EXPECT_NEAR(pairs[k].angle, kRadiansPerDegree * 15, 1e-9);
     EXPECT_NEAR(pairs[k].translation, 0.015, 1e-9);
     EXPECT_EQ(pairs[k].second, pairs[k].first + 15);
   }
@@ -114,7 +112,7 @@ TEST(TurnedPairs, PassOverFramesWithoutAPose) {
 
 TEST(PoseAt, LiesBetweenItsNeighbours) {
   const Trajectory truth = {{0, looking(0, 0)}, {50'000'000, looking(10, 1)}, {500'000'000, looking(20, 2)}};
-  EXPECT_NEAR(so3::angle(eval::pose_at(truth, 25'000'000)->rotation()), kRadians * 5, 1e-12);
+  EXPECT_NEAR(so3::angle(eval::pose_at(truth, 25'000'000)->rotation()), kRadiansPerDegree * 5, 1e-12);
   EXPECT_NEAR(eval::pose_at(truth, 10'000'000)->translation().x(), 0.2, 1e-12);
   EXPECT_EQ(eval::pose_at(truth, 50'000'400)->translation().x(), 1) << "a rounded stamp";
   EXPECT_EQ(eval::pose_at(truth, 499'999'600)->translation().x(), 2);

@@ -48,13 +48,10 @@ echo "- $1" >> "$2/../trace"
 class Pool : public testing::Test {
  protected:
   Pool() {
-    std::string name = testing::TempDir() + "plumbline_pool_XXXXXX";
-    folder_ = mkdtemp(name.data());
     program_ = (folder_ / "fake").string();
     write_text(program_, kFake);
     chmod(program_.c_str(), 0755);
   }
-  ~Pool() override { fs::remove_all(folder_); }
 
   Job run(const std::string& name, const std::string& deed) const {
     const std::string folder = (folder_ / name).string();
@@ -71,7 +68,8 @@ class Pool : public testing::Test {
 
   std::string trace() const { return read_text((folder_ / "trace").string()); }
 
-  fs::path folder_;
+  test::TempFolder temp_;
+  fs::path folder_ = temp_.path();
   std::string program_;
 };
 

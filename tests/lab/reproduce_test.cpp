@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <numbers>
 
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 #include "sensor/error_model.h"
 #include "support/program.h"
@@ -33,7 +33,6 @@ TEST(Uncertainty, FindsTheErrorModelThatTheSensorHas) {
   const Table& points = table_named(result, "uncertainty_points");
   ASSERT_EQ(points.rows.size(), 3U * 73U);
   const SystematicError truth(error_model("bno055").amplitude, 3, 1);
-  constexpr double kDegree = std::numbers::pi / 180;
   const std::map<std::string, int> axes = {{"X", 0}, {"Y", 1}, {"Z", 2}};
   double largest[3] = {};
   for (const auto& row : points.rows) {
@@ -42,8 +41,8 @@ TEST(Uncertainty, FindsTheErrorModelThatTheSensorHas) {
     EXPECT_LT(random, 1e-6);
     largest[axis] = std::max(largest[axis], std::abs(systematic));
     if (std::abs(angle) > 90) continue;  // near half a turn the error about the other axes fades
-    const Eigen::Matrix3d at = so3::exp(Eigen::Vector3d(Eigen::Vector3d::Unit(axis) * angle * kDegree));
-    EXPECT_NEAR(systematic, truth.at(at)[axis] / kDegree, 1e-6);
+    const Eigen::Matrix3d at = so3::exp(Eigen::Vector3d(Eigen::Vector3d::Unit(axis) * angle * kRadiansPerDegree));
+    EXPECT_NEAR(systematic, truth.at(at)[axis] / kRadiansPerDegree, 1e-6);
   }
   EXPECT_NEAR(largest[0], 3, 0.15);  // the paper's amplitudes, met between two steps of 5°
   EXPECT_NEAR(largest[1], 3, 0.15);

@@ -9,6 +9,7 @@
 
 #include "map/reference_volume.h"
 #include "map/volume.h"
+#include "plumbline/angles.h"
 #include "plumbline/image.h"
 #include "plumbline/mesh.h"
 #include "plumbline/pinhole.h"
@@ -251,7 +252,7 @@ TEST_P(MeshTest, ASphereHasItsShape) {
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const Eigen::Vector3d out = vec(mesh.positions[i]) - centre;
     ASSERT_NEAR(out.norm(), sphere.radius, 0.1 / 64);
-    ASSERT_LT(test::angle_between(out, vec(mesh.normals[i])), 1 * test::kRadiansPerDegree);
+    ASSERT_LT(test::angle_between(out, vec(mesh.normals[i])), 1 * kRadiansPerDegree);
   }
   double volume_inside = 0, area = 0;
   for (const Mesh::Triangle& t : mesh.triangles) {

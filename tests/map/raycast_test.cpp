@@ -5,6 +5,7 @@
 
 #include "map/reference_volume.h"
 #include "map/volume.h"
+#include "plumbline/angles.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
@@ -14,8 +15,6 @@
 
 namespace plumbline {
 namespace {
-
-using test::kRadiansPerDegree;
 
 constexpr double kSteepest = 60 * kRadiansPerDegree;
 

@@ -3,6 +3,7 @@
 
 #include "backend/cuda/cuda.h"
 #include "pipeline/runs.h"
+#include "plumbline/angles.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
@@ -35,7 +36,7 @@ TEST_P(Cuda, AgreesWithTheCpuAndRepeatsToTheBit) {
   ASSERT_EQ(on_gpu.trajectory.size(), on_cpu.trajectory.size());
   const SE3 between = on_cpu.trajectory.back().world_from_camera.inverse() * on_gpu.trajectory.back().world_from_camera;
   EXPECT_LE(between.translation().norm(), 0.001);
-  EXPECT_LE(so3::angle(between.rotation()), 0.05 * M_PI / 180);
+  EXPECT_LE(so3::angle(between.rotation()), radians(0.05));
   for (std::size_t i = 0; i < on_gpu.trajectory.size(); ++i)
     ASSERT_TRUE(is_same(on_gpu.trajectory[i].world_from_camera, again.trajectory[i].world_from_camera)) << i;
   ASSERT_EQ(on_gpu.mesh.positions.size(), again.mesh.positions.size());

@@ -74,7 +74,7 @@ TEST_F(LostFrames, LeaveTheModelAndThePoseAndTrackingGoesOn) {
   // Black, a wall close to the lens, and readings beyond the range: three ways to see nothing that is known.
   Pipeline pipeline(small_parameters(), scan().camera, *backend_, scan().pose(0));
   for (int i = 0; i < 4; ++i) ASSERT_NE(pipeline.process(scan().frame(i)).tracking.status, TrackingStatus::lost);
-  const SE3 believed = pipeline.process(scan().frame(4)).world_from_camera;
+  const SE3 accepted = pipeline.process(scan().frame(4)).world_from_camera;
   const Mesh before = pipeline.extract_mesh();
   ASSERT_GT(before.triangles.size(), 3000u);
   const Frame next = scan().frame(5);
@@ -82,8 +82,8 @@ TEST_F(LostFrames, LeaveTheModelAndThePoseAndTrackingGoesOn) {
     const FrameReport report = pipeline.process(with_readings(next, reading));
     EXPECT_EQ(report.tracking.status, TrackingStatus::lost) << reading;
     EXPECT_EQ(report.tracking.reason, reading == 2000 ? LostReason::few_inliers : LostReason::no_depth) << reading;
-    EXPECT_EQ(report.world_from_camera.translation(), believed.translation()) << "the last pose that was believed";
-    EXPECT_EQ(report.world_from_camera.rotation(), believed.rotation());
+    EXPECT_EQ(report.world_from_camera.translation(), accepted.translation()) << "the previous accepted pose";
+    EXPECT_EQ(report.world_from_camera.rotation(), accepted.rotation());
     EXPECT_EQ(report.milliseconds.integrate, 0) << "not fused";
     EXPECT_EQ(report.index, 5);
     EXPECT_EQ(report.time, next.time);

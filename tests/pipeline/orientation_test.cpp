@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "pipeline/runs.h"
+#include "plumbline/angles.h"
 #include "plumbline/config.h"
 #include "plumbline/evaluation.h"
 #include "plumbline/frame.h"
@@ -17,7 +18,6 @@
 namespace plumbline {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 const Pinhole kCamera = {131.25f, 131.25f, 79.5f, 59.5f, 160, 120};
 
 Parameters small(std::string_view name) {
@@ -35,7 +35,8 @@ class Turning {
   Turning(double step, int frames) {
     const SE3 start = sim::orbit().front().world_from_camera;
     for (int i = 0; i < frames; ++i) {
-      const double phase = 2 * std::numbers::pi * i / 24, reach = step * 24 / (2 * std::numbers::pi) * kDegree;
+      const double phase = 2 * std::numbers::pi * i / 24,
+                   reach = step * 24 / (2 * std::numbers::pi) * kRadiansPerDegree;
       const Eigen::Matrix3d turn = so3::exp({0.4 * reach * std::sin(2 * phase), reach * std::sin(phase), 0});
       truth_.push_back({from_seconds(1 + i / 30.0), SE3(start.rotation() * turn, start.translation())});
       frames_.push_back(sim::render(scene_, kCamera, truth_.back().world_from_camera, truth_.back().time));
@@ -126,10 +127,10 @@ TEST(Orientation, WithoutASensorTheCameraIsExpectedToGoOnTurningOrToStay) {
     const FrameReport &fifth = run.reports[5], &last = run.reports[4];
     const double turned =
         so3::angle(last.world_from_camera.rotation().transpose() * fifth.world_from_camera.rotation());
-    EXPECT_GT(turned, 0.3 * kDegree);
+    EXPECT_GT(turned, 0.3 * kRadiansPerDegree);
     if (parameters.tracking.speed_memory > 0) {
       EXPECT_NEAR(fifth.seed_angle, turned, 0.3 * turned);
-      EXPECT_LT(fifth.seed_to_result_angle, turned) << "nearer than the last pose";
+      EXPECT_LT(fifth.seed_to_result_angle, turned) << "nearer than the previous pose";
     } else {
       EXPECT_EQ(fifth.seed_angle, 0);
       EXPECT_NEAR(fifth.seed_to_result_angle, turned, 1e-9);

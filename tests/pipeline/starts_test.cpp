@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "pipeline/runs.h"
+#include "plumbline/angles.h"
 #include "plumbline/frame.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pinhole.h"
@@ -14,7 +14,6 @@
 namespace plumbline {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 const Pinhole kCamera = {262.5f, 262.5f, 159.5f, 119.5f, 320, 240};
 
 Parameters small() {
@@ -47,7 +46,7 @@ class Pair {
 
   bool is_found(const test::Run& run) const {
     const SE3 error = second_.inverse() * run.reports[1].world_from_camera;
-    return run.lost == 0 && error.translation().norm() < 0.02 && so3::angle(error.rotation()) < kDegree;
+    return run.lost == 0 && error.translation().norm() < 0.02 && so3::angle(error.rotation()) < kRadiansPerDegree;
   }
 
  private:
@@ -60,7 +59,7 @@ TEST(Starts, WithoutASensorOtherTurnsAreTriedWhereImagesDisagree) {
   const Parameters single = single_start();
   int found_by_one_start = 0;
   for (const double azimuth : {0.3, 1.1, 2.0, 3.5, 4.4, 5.5}) {
-    const Pair pair(Eigen::Vector3d(26 * kDegree * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)));
+    const Pair pair(Eigen::Vector3d(26 * kRadiansPerDegree * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)));
     EXPECT_TRUE(pair.is_found(pair.run(small()))) << azimuth;
     found_by_one_start += pair.is_found(pair.run(single));
   }
@@ -68,7 +67,7 @@ TEST(Starts, WithoutASensorOtherTurnsAreTriedWhereImagesDisagree) {
 }
 
 TEST(Starts, WhatMatchesIsNotSearchedFor) {
-  const Pair pair(Eigen::Vector3d(0, 3 * kDegree, 0));
+  const Pair pair(Eigen::Vector3d(0, 3 * kRadiansPerDegree, 0));
   const Parameters single = single_start();
   const test::Run searched = pair.run(small()), not_searched = pair.run(single);
   EXPECT_EQ(searched.reports[1].world_from_camera.translation(),

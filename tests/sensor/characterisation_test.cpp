@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "core/random.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
@@ -15,15 +14,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 /// The paper's rotary table: steps of 5° over a turn about each axis; 6 s each, begin and end told.
 std::vector<OrientationSample> table() {
   std::vector<OrientationSample> reference;
   Nanoseconds time = 0;
   for (int axis = 0; axis < 3; ++axis)
     for (int degrees = -175; degrees <= 180; degrees += 5) {
-      const Eigen::Matrix3d r = so3::exp(degrees * kDegree * Vector3d::Unit(axis));
+      const Eigen::Matrix3d r = so3::exp(degrees * kRadiansPerDegree * Vector3d::Unit(axis));
       reference.push_back({time, r});
       reference.push_back({time + 6'000'000'000, r});
       time += 8'000'000'000;
@@ -71,17 +68,18 @@ TEST(Characterisation, ItsModelErrsAsTheChip) {
   const OrientationErrorModel found = characterise(reference, readings_of(reference, model)).model();
   const auto a = with_error(model, reference), b = with_error(found, reference);
   for (std::size_t i = 0; i < a.size(); ++i)
-    EXPECT_LT(so3::angle(a[i].earth_from_body.transpose() * b[i].earth_from_body), 0.02 * kDegree);
+    EXPECT_LT(so3::angle(a[i].earth_from_body.transpose() * b[i].earth_from_body), 0.02 * kRadiansPerDegree);
 }
 
 TEST(Characterisation, RandomPartAndUncertainties) {
   const auto reference = table();
-  const double noise = 0.5 * kDegree;
-  const Characterisation study = characterise(reference, readings_of(reference, {Vector3d(3, 3, 10) * kDegree}, noise));
+  const double noise = 0.5 * kRadiansPerDegree;
+  const Characterisation study =
+      characterise(reference, readings_of(reference, {Vector3d(3, 3, 10) * kRadiansPerDegree}, noise));
   for (const AxisStudy& axis : study.axes) EXPECT_NEAR(axis.random, noise, 0.1 * noise);
-  const RestReadings rest{0, 10, 3 * kDegree, 4 * kDegree};
-  EXPECT_NEAR(rest.combined(), 5 * kDegree, 1e-12);
-  EXPECT_NEAR(rest.expanded(), 10 * kDegree, 1e-12);
+  const RestReadings rest{0, 10, 3 * kRadiansPerDegree, 4 * kRadiansPerDegree};
+  EXPECT_NEAR(rest.combined(), 5 * kRadiansPerDegree, 1e-12);
+  EXPECT_NEAR(rest.expanded(), 10 * kRadiansPerDegree, 1e-12);
   for (int axis = 0; axis < 3; ++axis) {
     const double u = study.axes[static_cast<std::size_t>(axis)].combined();
     EXPECT_NEAR(study.covariance()(axis, axis), u * u, 1e-12);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/random.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
@@ -16,16 +17,14 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 TEST(SystematicError, IsPeriodicBoundedAndRepeats) {
-  const SystematicError error({3 * kDegree, 3 * kDegree, 10 * kDegree}, 3, 7),
-      other({3 * kDegree, 3 * kDegree, 10 * kDegree}, 3, 8);
+  const SystematicError error({3 * kRadiansPerDegree, 3 * kRadiansPerDegree, 10 * kRadiansPerDegree}, 3, 7),
+      other({3 * kRadiansPerDegree, 3 * kRadiansPerDegree, 10 * kRadiansPerDegree}, 3, 8);
   for (int axis = 0; axis < 3; ++axis) {
-    const double amplitude = (axis == 2 ? 10 : 3) * kDegree;
+    const double amplitude = (axis == 2 ? 10 : 3) * kRadiansPerDegree;
     double largest = 0;
     for (int i = 0; i < 360; ++i) {
-      const double angle = i * kDegree;
+      const double angle = i * kRadiansPerDegree;
       largest = std::max(largest, std::abs(error.about(axis, angle)));
       EXPECT_NEAR(error.about(axis, angle), error.about(axis, angle + 2 * std::numbers::pi), 1e-12);
       // Turned about one axis, the sensor errs by that axis' function, as on the paper's rotary table.
@@ -53,7 +52,8 @@ TEST(SystematicError, RefusesValuesOutOfRange) {
 /// A turn about the vertical in steps of half a degree.
 std::vector<OrientationSample> turntable() {
   std::vector<OrientationSample> samples;
-  for (int i = 0; i < 720; ++i) samples.push_back({i * 10'000'000LL, so3::exp(Vector3d(0, 0, 0.5 * i * kDegree))});
+  for (int i = 0; i < 720; ++i)
+    samples.push_back({i * 10'000'000LL, so3::exp(Vector3d(0, 0, 0.5 * i * kRadiansPerDegree))});
   return samples;
 }
 
@@ -71,9 +71,9 @@ TEST(ErrorModel, Bno055ReachesItsAmplitudesInEarthAxes) {
       const Vector3d e = so3::log(erring[i].earth_from_body * exact[i].earth_from_body.transpose());
       EXPECT_LT((e - error.at(exact[i].earth_from_body)).norm(), 1e-9);
       heading = std::max(heading, std::abs(e.z()));
-      EXPECT_LE(e.head<2>().cwiseAbs().maxCoeff(), 3.001 * kDegree);
+      EXPECT_LE(e.head<2>().cwiseAbs().maxCoeff(), 3.001 * kRadiansPerDegree);
     }
-    EXPECT_NEAR(heading, 10 * kDegree, 0.01 * kDegree) << seed;
+    EXPECT_NEAR(heading, 10 * kRadiansPerDegree, 0.01 * kRadiansPerDegree) << seed;
   }
 }
 
@@ -88,7 +88,7 @@ TEST(ErrorModel, RepeatsWithTheSeedAndTheOrientation) {
     ASSERT_EQ(a[i].earth_from_body, b[i].earth_from_body);
     difference = std::max(difference, so3::angle(a[i].earth_from_body.transpose() * c[i].earth_from_body));
   }
-  EXPECT_GT(difference, 3 * kDegree);
+  EXPECT_GT(difference, 3 * kRadiansPerDegree);
   // The same orientation later has the same error.
   const auto twice = with_error(model, {exact[100], {exact[100].time + 1, exact[100].earth_from_body}});
   EXPECT_EQ(twice[0].earth_from_body, twice[1].earth_from_body);

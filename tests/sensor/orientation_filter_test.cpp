@@ -9,6 +9,7 @@
 #include "core/random.h"
 #include "eval/orientation_error.h"
 #include "io/imu_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
@@ -22,7 +23,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180, kRate = 200;
+constexpr double kRate = 200;
 const Vector3d kGravity(0, 0, 9.81), kField(0, 20, -44);
 
 /// A hand that turns to and fro about all axes.
@@ -90,31 +91,31 @@ TEST(LowPass, BothWaysHasNoDelay) {
 // ---- filters --------------------------------------------------------------------------------------------------------
 
 TEST(OrientationFilter, FollowsAHandInSpiteOfABias) {
-  const Truth truth = measured(hand, 60, Vector3d(0.4, -0.3, 0.2) * kDegree, undisturbed);
+  const Truth truth = measured(hand, 60, Vector3d(0.4, -0.3, 0.2) * kRadiansPerDegree, undisturbed);
   const auto forward = error_after(30, truth, filter_orientation(truth.recording));
-  EXPECT_LT(forward.inclination, 0.3 * kDegree);
-  EXPECT_LT(forward.heading, 2.5 * kDegree);
+  EXPECT_LT(forward.inclination, 0.3 * kRadiansPerDegree);
+  EXPECT_LT(forward.heading, 2.5 * kRadiansPerDegree);
   const auto offline = error_after(0, truth, smooth_orientation(truth.recording));
-  EXPECT_LT(offline.inclination, 0.3 * kDegree);
-  EXPECT_LT(offline.heading, 2.0 * kDegree);
+  EXPECT_LT(offline.inclination, 0.3 * kRadiansPerDegree);
+  EXPECT_LT(offline.heading, 2.0 * kRadiansPerDegree);
 }
 
 TEST(OrientationFilter, AtRestTheBiasIsFoundAndTheHeadingStays) {
   const auto still = [](double) { return so3::exp({0.3, -0.2, 1}); };
-  Truth truth = measured(still, 60, Vector3d(0.5, 0.5, 0.8) * kDegree, undisturbed);
+  Truth truth = measured(still, 60, Vector3d(0.5, 0.5, 0.8) * kRadiansPerDegree, undisturbed);
   for (ImuSample& r : truth.recording.samples) r.magnetic_field.reset();
   truth.recording.has_magnetometer = false;
   const auto samples = filter_orientation(truth.recording);
   const Matrix3d drift = samples.back().earth_from_body * samples[samples.size() / 2].earth_from_body.transpose();
-  EXPECT_LT(so3::angle(drift), 0.5 * kDegree) << "unestimated, 0.8 degrees a second are 24 degrees";
+  EXPECT_LT(so3::angle(drift), 0.5 * kRadiansPerDegree) << "unestimated, 0.8 degrees a second are 24 degrees";
 }
 
 TEST(OrientationFilter, IgnoresAMagnet) {
   const auto field = [](double t) { return Vector3d(t > 30 && t < 45 ? Vector3d(40, 20, -20) : kField); };
   const Truth truth = measured(hand, 60, Vector3d::Zero(), field);
-  EXPECT_LT(error_after(20, truth, filter_orientation(truth.recording)).heading, 1 * kDegree);
-  EXPECT_LT(error_after(20, truth, smooth_orientation(truth.recording)).heading, 1 * kDegree);
-  EXPECT_GT(error_after(20, truth, madgwick_orientation(truth.recording)).heading, 10 * kDegree)
+  EXPECT_LT(error_after(20, truth, filter_orientation(truth.recording)).heading, 1 * kRadiansPerDegree);
+  EXPECT_LT(error_after(20, truth, smooth_orientation(truth.recording)).heading, 1 * kRadiansPerDegree);
+  EXPECT_GT(error_after(20, truth, madgwick_orientation(truth.recording)).heading, 10 * kRadiansPerDegree)
       << "the disturbance is too weak to show anything";
 }
 
@@ -139,7 +140,7 @@ TEST(Tilt, IsThatOfTheAccelerationAndTurnsAboutHorizontalAxes) {
   truth.recording.has_gyroscope = false;
   for (const bool both_ways : {false, true}) {
     const auto samples = tilt_from_accelerometer(truth.recording, 0.02, both_ways);
-    EXPECT_LT(error_after(1, truth, samples).inclination, (both_ways ? 0.1 : 1.5) * kDegree);
+    EXPECT_LT(error_after(1, truth, samples).inclination, (both_ways ? 0.1 : 1.5) * kRadiansPerDegree);
     for (std::size_t i = 1; i < samples.size(); ++i) {
       const Vector3d turn = so3::log(samples[i].earth_from_body * samples[i - 1].earth_from_body.transpose());
       EXPECT_LT(std::abs(turn.z()), 1e-9);
@@ -153,7 +154,7 @@ TEST(Madgwick, FindsTheOrientationFromAWrongStart) {
   truth.recording.samples.front().magnetic_field = Vector3d(30, 0, -20);
   truth.recording.samples.front().specific_force = Vector3d(5, 2, 8);
   const auto error = error_after(15, truth, madgwick_orientation(truth.recording));
-  EXPECT_LT(error.total, 0.2 * kDegree);
+  EXPECT_LT(error.total, 0.2 * kRadiansPerDegree);
 }
 
 // ---- BROAD ----------------------------------------------------------------------------------------------------------
@@ -176,11 +177,11 @@ TEST(Broad, UndisturbedTrials) {
   PLUMBLINE_DATA_OR_SKIP(folder, "imu/broad");
   const Trial slow = run_trial(folder / "03_undisturbed_slow_rotation_C.csv.gz"),
               fast = run_trial(folder / "07_undisturbed_fast_rotation_B.csv.gz");
-  EXPECT_LT(slow.ours.total, 2.4 * kDegree);
-  EXPECT_LT(slow.ours.inclination, 0.5 * kDegree);
-  EXPECT_LT(slow.offline.total, 1.7 * kDegree);
-  EXPECT_LT(fast.ours.total, 2.0 * kDegree);
-  EXPECT_LT(fast.ours.inclination, 1.2 * kDegree);
+  EXPECT_LT(slow.ours.total, 2.4 * kRadiansPerDegree);
+  EXPECT_LT(slow.ours.inclination, 0.5 * kRadiansPerDegree);
+  EXPECT_LT(slow.offline.total, 1.7 * kRadiansPerDegree);
+  EXPECT_LT(fast.ours.total, 2.0 * kRadiansPerDegree);
+  EXPECT_LT(fast.ours.inclination, 1.2 * kRadiansPerDegree);
   EXPECT_LT(slow.ours.total + fast.ours.total, 0.59 * (slow.madgwick.total + fast.madgwick.total));
   EXPECT_LT(slow.ours.inclination + fast.ours.inclination,
             0.5 * (slow.madgwick.inclination + fast.madgwick.inclination));
@@ -189,7 +190,7 @@ TEST(Broad, UndisturbedTrials) {
 TEST(Broad, MagnetTrial) {
   PLUMBLINE_DATA_OR_SKIP(path, "imu/broad/31_disturbed_stationary_magnet_D.csv.gz");
   const Trial trial = run_trial(path);
-  EXPECT_LT(trial.ours.total, 3.9 * kDegree);
+  EXPECT_LT(trial.ours.total, 3.9 * kRadiansPerDegree);
   EXPECT_LT(trial.ours.inclination, 0.5 * trial.madgwick.inclination);
   EXPECT_LT(trial.ours.total, 0.7 * trial.madgwick.total);
 }

@@ -4,8 +4,8 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/se3.h"
@@ -17,7 +17,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr Nanoseconds kMs = 1'000'000, kStart = 1'305'031'102'000'000'000;
 
 const Vector3d kRate(0.4, -1.1, 0.7);  // rad/s, body axes
@@ -59,16 +58,16 @@ TEST(OrientationStream, BoundsItsExtrapolation) {
 
 TEST(OrientationStream, ExtrapolatesNoFurtherThanItMeasured) {
   // Two samples a microsecond apart, a degree different: their rate is no rate to go on with.
-  const Matrix3d other = so3::exp(Vector3d(0, 0, kDegree));
+  const Matrix3d other = so3::exp(Vector3d(0, 0, kRadiansPerDegree));
   const OrientationStream stream({{0, Matrix3d::Identity()}, {1000, other}}, {});
   expect_near(stream.lookup(10 * kMs), other, 1e-12);
   expect_near(stream.lookup(-10 * kMs), Matrix3d::Identity(), 1e-12);
   // Noise of a sample is grown by 1 + d/L at most, here 20 ms over 20 ms.
   std::vector<OrientationSample> noisy = samples();
-  noisy.back().earth_from_body *= so3::exp(Vector3d(kDegree, 0, 0));
+  noisy.back().earth_from_body *= so3::exp(Vector3d(kRadiansPerDegree, 0, 0));
   const Nanoseconds t = noisy.back().time + 20 * kMs;
   const OrientationReading reading = OrientationStream(noisy, {}).lookup(t);
-  EXPECT_LT(so3::angle(reading.earth_from_body.transpose() * at(t)), 2.001 * kDegree);
+  EXPECT_LT(so3::angle(reading.earth_from_body.transpose() * at(t)), 2.001 * kRadiansPerDegree);
 }
 
 TEST(OrientationStream, HoldsASingleSample) {

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
 #include "plumbline/mesh.h"
@@ -21,7 +22,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr Pinhole kCamera{525, 525, 319.5f, 239.5f, 640, 480};
 
 /// A plane through (0, 0, z) before a camera at the origin, turned about the vertical, 12 m across.
@@ -75,7 +75,7 @@ TEST(DepthCamera, ExactDepthOfAPlaneAndASphere) {
   options.camera = kCamera;
   options.depth_scale = 20000;
   options.noise = false;
-  const double tilt = 40 * kDegree, z0 = 1.5;
+  const double tilt = 40 * kRadiansPerDegree, z0 = 1.5;
   const Frame wall = DepthCamera(plane(z0, tilt), options).capture(SE3(), 0);
   MeshBuilder ball;
   ball.blob(stand(0.1, -0.05, 1.2), {0.4, 0.4, 0.4}, plain({1, 2, 3}), 2, 400);
@@ -110,7 +110,7 @@ TEST(DepthCamera, AxialNoiseFollowsTheMeasuredModel) {
     DepthCameraOptions options = axial_only();
     options.depth_scale = scale;
     options.model.max_range = 4.9;
-    const Mesh mesh = plane(z, degrees * kDegree);
+    const Mesh mesh = plane(z, degrees * kRadiansPerDegree);
     const std::vector<double> measured = deviations(mesh, options);
     ASSERT_GT(measured.size(), 100'000U) << z << " m, " << degrees << " degrees";
     // The plane's depth and incidence vary over the window: the expectation is the model's mean square over it.
@@ -118,7 +118,7 @@ TEST(DepthCamera, AxialNoiseFollowsTheMeasuredModel) {
     const Frame exact = DepthCamera(mesh, options).capture(SE3(), 0);
     double expected = 0;
     int count = 0;
-    const Vector3d normal(std::sin(degrees * kDegree), 0, -std::cos(degrees * kDegree));
+    const Vector3d normal(std::sin(degrees * kRadiansPerDegree), 0, -std::cos(degrees * kRadiansPerDegree));
     for (int y = 180; y < 300; y += 4) {
       for (int x = 260; x < 380; ++x) {
         const Vector3d ray((x - double{kCamera.cx}) / kCamera.fx, (y - double{kCamera.cy}) / kCamera.fy, 1);
@@ -183,9 +183,9 @@ TEST(DepthCamera, HolesGrowWithTheIncidence) {
   options.model.max_range = 4.9;
   options.depth_scale = 10000;
   for (const double degrees : {30.0, 60.0, 72.0, 78.0, 82.0}) {
-    const Mesh mesh = plane(1.5, degrees * kDegree);
+    const Mesh mesh = plane(1.5, degrees * kRadiansPerDegree);
     const DepthCamera camera(mesh, options);
-    const Vector3d normal(std::sin(degrees * kDegree), 0, -std::cos(degrees * kDegree));
+    const Vector3d normal(std::sin(degrees * kRadiansPerDegree), 0, -std::cos(degrees * kRadiansPerDegree));
     double holes = 0, expected = 0;
     int count = 0;
     for (int i = 0; i < 20; ++i) {

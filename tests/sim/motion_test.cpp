@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/mesh.h"
 #include "plumbline/se3.h"
@@ -22,8 +23,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 SE3 winding(double t) {
   return {so3::exp(Vector3d(0.4 * std::sin(1.3 * t), 0.8 * std::sin(0.7 * t), 0.3 * std::cos(t))),
@@ -177,7 +176,7 @@ TEST(Placement, KeepsClearOfSurfacesAndUpright) {
 }
 
 TEST(TurnPairs, TurnOnTheSpot) {
-  const double angle = 25 * kDegree;
+  const double angle = 25 * kRadiansPerDegree;
   for (const TurnAxis axis : {TurnAxis::pan, TurnAxis::any}) {
     const TurnPairs pairs(winding_motion(), angle, axis, 30, 3);
     for (int k = 0; k < 20; ++k) {
@@ -190,7 +189,7 @@ TEST(TurnPairs, TurnOnTheSpot) {
 }
 
 TEST(TurnPairs, PanToTheLeftAndToTheRight) {
-  const double angle = 25 * kDegree;
+  const double angle = 25 * kRadiansPerDegree;
   const TurnPairs pairs(winding_motion(), angle, TurnAxis::pan, 30, 3);
   int right = 0;
   for (int k = 0; k < 40; ++k) {
@@ -262,7 +261,7 @@ TEST(Sensor, ClockLatencyAndDisturbance) {
   options.disturbance_end = 6;
   const auto samples = simulate_sensor(still, 10, 0, options);
   EXPECT_LT(so3::angle(samples[100].earth_from_body), 1e-12);
-  EXPECT_LT((so3::log(samples[450].earth_from_body) - Vector3d(0, 0, 45 * kDegree)).norm(), 1e-9);
+  EXPECT_LT((so3::log(samples[450].earth_from_body) - Vector3d(0, 0, 45 * kRadiansPerDegree)).norm(), 1e-9);
   EXPECT_LT((samples[450].magnetic_field - Vector3d(20, 20, -44)).norm(), 1e-9);
   EXPECT_LT(so3::angle(samples[800].earth_from_body), 1e-12);
   options.rate = 0;

@@ -56,16 +56,6 @@ void break_stdout() {
 
 }  // namespace
 
-std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-void write_text(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-}
-
 Running::Running(const std::vector<std::string>& arguments, const Launch& launch)
     : out_path_(temporary_file()), err_path_(temporary_file()) {
   std::vector<std::string> words = command(arguments);

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "support/temp_folder.h"
+
 namespace plumbline::test {
 
 struct Outcome {
@@ -41,8 +43,5 @@ class Running {
   std::string out_path_, err_path_;
   pid_t pid_ = -1;
 };
-
-std::string read_text(const std::string& path);
-void write_text(const std::string& path, const std::string& text);
 
 }  // namespace plumbline::test

@@ -7,19 +7,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <random>
 #include <vector>
 
 #include "backend/maps.h"
+#include "plumbline/angles.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
 #include "sim/analytic_scene.h"
 
 namespace plumbline::test {
-
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 /// Depth (metres) and unit normals towards the camera in its frame, zeros where there is nothing.
 struct View {

@@ -19,12 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path make_folder() {
-  std::string path = testing::TempDir() + "plumbline_app_XXXXXX";
-  if (mkdtemp(path.data()) == nullptr) throw std::runtime_error("no temporary folder at " + path);
-  return path;
-}
-
 void render_sequence(const fs::path& folder) {
   sim::OrbitOptions orbit;
   orbit.frames = kSmallFrames;
@@ -49,12 +43,8 @@ void render_sequence(const fs::path& folder) {
 
 /// Lives as long as the test program.
 struct Original {
-  fs::path folder = make_folder();
-  Original() { render_sequence(folder / "desk"); }
-  ~Original() {
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-  }
+  TempFolder folder;
+  Original() { render_sequence(folder.path() / "desk"); }
 };
 
 }  // namespace
@@ -71,14 +61,9 @@ std::vector<std::string> small_run(const std::string& sequence, const std::strin
   return arguments;
 }
 
-SmallSequence::SmallSequence() : folder_(make_folder()) {
+SmallSequence::SmallSequence() {
   static const Original original;
-  fs::copy(original.folder / "desk", folder_ / "desk", fs::copy_options::recursive);
-}
-
-SmallSequence::~SmallSequence() {
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
+  fs::copy(original.folder.path() / "desk", folder_ / "desk", fs::copy_options::recursive);
 }
 
 std::vector<std::string> SmallSequence::depth_images() const {

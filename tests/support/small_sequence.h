@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "plumbline/pinhole.h"
+#include "support/temp_folder.h"
 
 namespace plumbline::test {
 
@@ -22,7 +23,6 @@ std::vector<std::string> small_run(const std::string& sequence, const std::strin
 class SmallSequence : public testing::Test {
  protected:
   SmallSequence();
-  ~SmallSequence() override;
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string sequence() const { return path("desk"); }
@@ -32,7 +32,8 @@ class SmallSequence : public testing::Test {
   /// A first, good run into output(); gives the bytes of its files to compare with.
   std::string good_mesh() const;
 
-  std::filesystem::path folder_;
+  TempFolder temp_;
+  std::filesystem::path folder_ = temp_.path();
 };
 
 }  // namespace plumbline::test

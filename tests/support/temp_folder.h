@@ -1,24 +1,21 @@
 // A folder that lives as long as a test, and small helpers on files.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 #include <string>
 #include <string_view>
-
-#include "support/error_of.h"
 
 namespace plumbline::test {
 
 class TempFolder {
  public:
   TempFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "plumbline_io_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
+    std::string name = (std::filesystem::temp_directory_path() / "plumbline_test_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder at " + name);
     path_ = name;
   }
   ~TempFolder() {
@@ -39,7 +36,7 @@ inline void write_text(const std::filesystem::path& path, std::string_view text)
   std::filesystem::create_directories(path.parent_path());
   std::ofstream file(path, std::ios::binary);
   file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  ASSERT_TRUE(file.good()) << path;
+  if (!file.flush()) throw std::runtime_error("cannot write " + path.string());
 }
 
 inline std::string read_text(const std::filesystem::path& path) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
@@ -57,7 +58,7 @@ TEST_F(LiveFrameTest, EveryLevelHasDepthAndNormals) {
     }
     EXPECT_GT(static_cast<double>(normal_errors.size()), 0.6 * level.camera.width * level.camera.height);
     EXPECT_LT(test::quantile(depth_errors, 0.5), 2e-3) << "level " << l;
-    EXPECT_LT(test::quantile(normal_errors, 0.5), 2 * test::kRadiansPerDegree) << "level " << l;
+    EXPECT_LT(test::quantile(normal_errors, 0.5), 2 * kRadiansPerDegree) << "level " << l;
   }
 }
 

@@ -17,7 +17,7 @@ constexpr double kFrame = 1.0 / 30;
 TEST(MotionModel, WithoutMemoryTheCameraStays) {
   MotionModel model(0.75, 0);
   model.observe({0, 0, 0}, {0.02, 0, 0}, Matrix3d::Identity() * 1e-8, kFrame);
-  const PositionBelief belief = model.predict({0.02, 0, 0}, 2 * kFrame);
+  const PositionPrediction belief = model.predict({0.02, 0, 0}, 2 * kFrame);
   EXPECT_EQ(belief.mean, Vector3d(0.02, 0, 0));
   EXPECT_LT((belief.covariance - std::pow(0.75 * 2 * kFrame, 2) * Matrix3d::Identity()).norm(), 1e-12);
 }
@@ -26,10 +26,10 @@ TEST(MotionModel, GoesOnWithAVelocityThatWasSeenAndForgetsIt) {
   MotionModel model(0.75, 0.3);
   model.observe({0, 0, 0}, {0.02, 0, 0}, Matrix3d::Identity() * 1e-8, kFrame);
   const double kept = std::exp(-kFrame / 0.3);
-  const PositionBelief next = model.predict({0.02, 0, 0}, kFrame);
+  const PositionPrediction next = model.predict({0.02, 0, 0}, kFrame);
   EXPECT_NEAR(next.mean.x(), 0.02 + kept * 0.02, 1e-12);
   EXPECT_LT(next.covariance(0, 0), 0.3 * std::pow(0.75 * kFrame, 2)) << "surer than without having seen it";
-  const PositionBelief late = model.predict({0.02, 0, 0}, 3);
+  const PositionPrediction late = model.predict({0.02, 0, 0}, 3);
   EXPECT_NEAR(late.mean.x(), 0.02, 1e-4) << "ten times the memory later nothing is left";
   EXPECT_NEAR(late.covariance(0, 0), std::pow(0.75 * 3, 2), 1e-3);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
 #include "sensor/error_model.h"
@@ -13,8 +14,6 @@
 
 namespace plumbline {
 namespace {
-
-using test::kRadiansPerDegree;
 
 OrientationParameters parameters(OrientationSeed seed, OrientationTerm term = OrientationTerm::none) {
   OrientationParameters p = preset("kinectfusion").orientation;

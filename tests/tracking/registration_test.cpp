@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "map/volume.h"
+#include "plumbline/angles.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
@@ -14,8 +15,6 @@
 
 namespace plumbline {
 namespace {
-
-using test::kRadiansPerDegree;
 
 TrackingParameters baseline() { return preset("kinectfusion").tracking; }
 
@@ -244,17 +243,17 @@ kernels::Terms terms_towards(const SE3& world_from_camera, double rotation_weigh
 
 TEST(RegistrationTerms, AStrongRotationHolds) {
   const SE3 truth = desk().world_from_model() * test::Random(10).motion(1 * kRadiansPerDegree, 0.02);
-  const SE3 believed(so3::exp({0.01, -0.005, 0.008}) * desk().world_from_model().rotation(),
+  const SE3 expected(so3::exp({0.01, -0.005, 0.008}) * desk().world_from_model().rotation(),
                      desk().world_from_model().translation());
   RegistrationInput input = desk().seed();
-  input.terms = terms_towards(believed, 1e8, 0);
+  input.terms = terms_towards(expected, 1e8, 0);
   const TrackingResult result = desk().track(truth, input, baseline());
   EXPECT_EQ(result.status, TrackingStatus::tracked);
-  EXPECT_LT(so3::angle(believed.rotation().transpose() * result.world_from_camera.rotation()),
+  EXPECT_LT(so3::angle(expected.rotation().transpose() * result.world_from_camera.rotation()),
             0.002 * kRadiansPerDegree);
   // Without it the rotation is that of the images.
   const TrackingResult free = desk().track(truth, desk().seed());
-  EXPECT_GT(so3::angle(believed.rotation().transpose() * free.world_from_camera.rotation()), 0.3 * kRadiansPerDegree);
+  EXPECT_GT(so3::angle(expected.rotation().transpose() * free.world_from_camera.rotation()), 0.3 * kRadiansPerDegree);
 }
 
 TEST(RegistrationTerms, AWeightOfNothingChangesNothing) {

@@ -3,16 +3,13 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 #include "support/scenes.h"
 #include "tracking/orientation_guide.h"
 
 namespace plumbline {
 namespace {
-
-using test::kRadiansPerDegree;
 
 TrackingResult registration(int with_depth, int pairs, int inliers) {
   TrackingResult result;

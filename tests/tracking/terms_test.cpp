@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 #include "support/scenes.h"
 
@@ -13,7 +14,6 @@ namespace plumbline {
 namespace {
 
 using kernels::NormalEquations;
-using test::kRadiansPerDegree;
 
 /// −b is the gradient of the cost under the left increment, and H that of the linearised residual: its own second
 /// difference where the residual is small.

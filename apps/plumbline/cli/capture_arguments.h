@@ -47,7 +47,7 @@ class SilenceWatch {
   bool told_ = false;
 };
 
-/// How many events a second, over the last seconds.
+/// How many events a second, over the latest seconds.
 class RateMeter {
  public:
   double update(std::uint64_t count, double seconds);

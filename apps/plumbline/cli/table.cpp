@@ -50,6 +50,12 @@ std::string joined(const Cells& cells, const std::string& separator, Text&& text
   return line;
 }
 
+std::size_t width_of_column(const Table& table, std::size_t i) {
+  std::size_t width = width_of(table.columns[i]);
+  for (const auto& row : table.rows) width = std::max(width, width_of(row[i].text));
+  return width;
+}
+
 }  // namespace
 
 Cell::Cell(double number, int decimals, const std::string& unit)
@@ -63,9 +69,7 @@ std::string table_text(const Table& table) {
   std::vector<std::size_t> widths;
   std::vector<bool> right;
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
-    std::size_t width = width_of(table.columns[i]);
-    for (const auto& row : table.rows) width = std::max(width, width_of(row[i].text));
-    widths.push_back(width);
+    widths.push_back(width_of_column(table, i));
     right.push_back(is_numeric(table, i));
   }
   const auto line = [&](const auto& cells, auto&& text) {

@@ -96,14 +96,14 @@ SE3 alignment(const SurfaceArguments& arguments) {
 
 /// Keeps those points of the reference that the sequence's camera has seen; all where there is no sequence.
 eval::PointCloud seen_part(const SurfaceArguments& arguments, const Mesh& reference, eval::PointCloud points) {
-  constexpr std::size_t kMostViews = 100;
+  constexpr std::size_t kMaxViews = 100;
   constexpr double kNearest = 0.4;  // metres, as a structured-light sensor sees
   const std::string folder = arguments.whole ? "" : sequence_folder(arguments);
   if (folder.empty()) return points;
   const SequenceInfo info = open_sequence(folder)->info();
   const Trajectory all = read_trajectory(arguments.groundtruth.empty() ? info.groundtruth : arguments.groundtruth);
   Trajectory poses;
-  const std::size_t step = std::max<std::size_t>(1, all.size() / kMostViews);
+  const std::size_t step = std::max<std::size_t>(1, all.size() / kMaxViews);
   for (std::size_t i = 0; i < all.size(); i += step) poses.push_back(all[i]);
   const std::vector<bool> seen = sim::seen_points(reference, points, info.camera, poses, kNearest, arguments.max_depth);
   eval::PointCloud kept;

@@ -430,7 +430,7 @@ void add_eval_trajectories(CLI::App& eval, Command& chosen) {
       ->check(CLI::IsMember({"auto", "xy", "xz", "yz"}))
       ->capture_default_str();
   ate->add_flag("--find-offset", arguments->find_offset,
-                "Report the shift of the estimates' stamps with the least error; it is not applied");
+                "Report the shift of the estimates' stamps with the smallest error; it is not applied");
   ate->add_option("--offset-range", arguments->offset_range, "How far --find-offset searches to both sides, seconds")
       ->check(CLI::Range(1e-3, 3600.0))
       ->capture_default_str()

@@ -208,7 +208,7 @@ void add_record_command(CLI::App& app, Command& chosen) {
   command->add_flag("--quiet", arguments->quiet, "Print nothing but errors");
   command->footer(
       "Writes a TUM folder that `plumbline run` reads (depth/, rgb/, camera-intrinsics.txt), orientation.txt, imu.csv "
-      "and\nimu-calibration.txt. It is good at every moment: a crash or power loss costs the last second at most.");
+      "and\nimu-calibration.txt. It is good at every moment: a crash or power loss costs the final second at most.");
   command->callback([arguments, &chosen] { chosen = [arguments] { return Session(*arguments).run(); }; });
 }
 

@@ -77,6 +77,14 @@ void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) 
 }
 
 /// Of the recording's own sensor, or of a file, which must then serve some frame.
+/// Throws Error for readings of another recording.
+void check_overlap(const OrientationArguments& arguments, const ReconstructionOptions& options) {
+  const std::string problem = overlap_problem(*options.orientation, *options.opened);
+  if (!problem.empty())
+    throw Error(problem, "--orientation " + arguments.path,
+                "Give the readings of this recording, --orientation-offset, or --orientation none.");
+}
+
 void set_up_orientation(const OrientationArguments& arguments, ReconstructionOptions* options) {
   options->orientation = load_orientation(arguments, &options->orientation_notes, &options->inertial);
   options->orientation_source = describe(arguments);
@@ -90,10 +98,7 @@ void set_up_orientation(const OrientationArguments& arguments, ReconstructionOpt
     options->orientation_notes = std::move(recorded.notes);
     options->unused = recorded.unused;
   } else if (options->orientation) {
-    const std::string problem = overlap_problem(*options->orientation, *options->opened);
-    if (!problem.empty())
-      throw Error(problem, "--orientation " + arguments.path,
-                  "Give the readings of this recording, --orientation-offset, or --orientation none.");
+    check_overlap(arguments, *options);
   }
   if (options->orientation) options->sensor.has_heading = options->orientation->options().convention.has_heading;
 }

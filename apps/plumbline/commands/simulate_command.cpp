@@ -79,24 +79,23 @@ sim::Motion choose_motion(const SimulateArguments& arguments, const sim::Scene& 
   return motion.placed(out->placement.scene_from_recorded).faster(arguments.speed);
 }
 
+/// A Kinect's field of view.
+Pinhole kinect(int width, int height) {
+  const float focal_length = 525.0f * static_cast<float>(width) / 640.0f;
+  return {focal_length, focal_length, 0.5f * static_cast<float>(width - 1), 0.5f * static_cast<float>(height - 1),
+          width,        height};
+}
+
 Pinhole camera_of(const SimulateArguments& arguments) {
   const auto [width, height] = parse_size(arguments.size, "--size");
-  Pinhole camera;
-  camera.width = width;
-  camera.height = height;
-  if (arguments.intrinsics.empty()) {
-    // A Kinect's field of view.
-    camera.fx = camera.fy = 525.0f * static_cast<float>(width) / 640.0f;
-    camera.cx = 0.5f * static_cast<float>(width - 1);
-    camera.cy = 0.5f * static_cast<float>(height - 1);
-    return camera;
-  }
+  if (arguments.intrinsics.empty()) return kinect(width, height);
   const std::vector<double> k = parse_numbers(arguments.intrinsics, 4, "--intrinsics", "fx,fy,cx,cy");
-  camera.fx = static_cast<float>(k[0]);
-  camera.fy = static_cast<float>(k[1]);
-  camera.cx = static_cast<float>(k[2]);
-  camera.cy = static_cast<float>(k[3]);
-  return camera;
+  return {static_cast<float>(k[0]),
+          static_cast<float>(k[1]),
+          static_cast<float>(k[2]),
+          static_cast<float>(k[3]),
+          width,
+          height};
 }
 
 sim::OrientationSensorOptions sensor_of(const SimulateArguments& arguments, double duration) {

@@ -70,8 +70,16 @@ std::string pose_numbers(const SE3& pose) {
                      q.z(), q.w());
 }
 
+std::string smoothing_toml(const SimulatedSequence& s) {
+  if (!s.smoothing) return "";
+  return fmt::format(
+      "# the recorded poses were smoothed: local quadratic regression over 60 ms either side, cubic B-spline\n"
+      "smoothing_rms = {:.6f}  # m\nsmoothing_rms_deg = {:.4f}\nlongest_gap = {:.3f}  # s without a recorded pose\n",
+      s.smoothing->translation_rms, degrees(s.smoothing->rotation_rms), s.smoothing->longest_gap);
+}
+
 std::string motion_toml(const SimulatedSequence& s) {
-  std::string text = fmt::format(
+  const std::string text = fmt::format(
       "[motion]\ntrajectory = {}\nspeed = {:.9g}\nturn_deg = {:.9g}\nturn_axis = {}\nframes = {}\nrate = {:.9g}  # Hz\n"
       "# scene_from_trajectory, tx ty tz qx qy qz qw; for a recorded path: turned about the vertical and moved so that "
       "it\n"
@@ -82,12 +90,7 @@ std::string motion_toml(const SimulatedSequence& s) {
       quoted(s.trajectory), s.speed, degrees(s.turn), quoted(s.turn_axis), s.frames, s.rate,
       pose_numbers(s.placement.scene_from_recorded), s.placement.clearance, s.placement.share_in_range,
       s.placement.share_on_focus);
-  if (s.smoothing)
-    text += fmt::format(
-        "# the recorded poses were smoothed: local quadratic regression over 60 ms either side, cubic B-spline\n"
-        "smoothing_rms = {:.6f}  # m\nsmoothing_rms_deg = {:.4f}\nlongest_gap = {:.3f}  # s without a recorded pose\n",
-        s.smoothing->translation_rms, degrees(s.smoothing->rotation_rms), s.smoothing->longest_gap);
-  return text + "\n";
+  return text + smoothing_toml(s) + "\n";
 }
 
 std::string camera_toml(const sim::DepthCameraOptions& c) {

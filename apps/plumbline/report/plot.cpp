@@ -62,8 +62,8 @@ std::vector<Point> drawable(const Series& series, const Panel& panel) {
 
 /// Extremes of y per run of points, in their order: peaks survive, which every n-th point would lose.
 std::vector<Point> thinned(const std::vector<Point>& points) {
-  if (points.size() <= kMostPlotPoints) return points;
-  const std::size_t run = 2 * points.size() / kMostPlotPoints + 1;
+  if (points.size() <= kMaxPlotPoints) return points;
+  const std::size_t run = 2 * points.size() / kMaxPlotPoints + 1;
   std::vector<Point> kept;
   for (std::size_t begin = 0; begin < points.size(); begin += run) {
     const std::size_t end = std::min(points.size(), begin + run);

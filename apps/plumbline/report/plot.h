@@ -44,8 +44,8 @@ struct Plot {
   int panel_width = 720, panel_height = 360;  ///< pixels of the SVG; a PNG has twice as many
 };
 
-/// Series of more points are thinned to about so many: of each run of points the least and the greatest y stay.
-constexpr std::size_t kMostPlotPoints = 8000;
+/// Series of more points are thinned to about so many: of each run of points the smallest and the largest y stay.
+constexpr std::size_t kMaxPlotPoints = 8000;
 
 /// "#rrggbb" of the palette, which begins again after its last.
 std::string plot_color(std::size_t index);

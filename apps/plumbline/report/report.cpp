@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kMark = "<!-- the report's data -->";
-constexpr std::size_t kMostTraces = 20;  // of --dump-icp; each is about 50 kB
+constexpr std::size_t kMaxTraces = 20;  // of --dump-icp; each is about 50 kB
 
 /// The data of a page: JSON, and buffers that it names.
 struct PageData {
@@ -90,7 +90,7 @@ void add_mesh(const Report& report, PageData* page) {
 /// The first frames that --dump-icp asked for, as icp_N.json has them.
 Json traces_json(const Reconstruction& run) {
   Json traces = Json::array();
-  for (std::size_t i = 0; i < std::min(run.icp_traces.size(), kMostTraces); ++i)
+  for (std::size_t i = 0; i < std::min(run.icp_traces.size(), kMaxTraces); ++i)
     traces.push_back(Json::parse(run.icp_traces[i]));
   return traces;
 }
@@ -121,14 +121,18 @@ void add_path(const Trajectory& path, PageData* page) {
   page->add("path", positions);
 }
 
+Json words_json(const Report& report) {
+  return {{"plumbline", PLUMBLINE_VERSION},
+          {"title", report.title},
+          {"verdict", {{"level", level_name(report.verdict.level)}, {"text", report.verdict.text}}},
+          {"remarks", report.remarks},
+          {"facts", facts_json(report.facts)},
+          {"details", facts_json(report.details)}};
+}
+
 PageData page_data(const Report& report) {
   PageData page;
-  page.json = {{"plumbline", PLUMBLINE_VERSION},
-               {"title", report.title},
-               {"verdict", {{"level", level_name(report.verdict.level)}, {"text", report.verdict.text}}},
-               {"remarks", report.remarks},
-               {"facts", facts_json(report.facts)},
-               {"details", facts_json(report.details)}};
+  page.json = words_json(report);
   const Trajectory& path = report.run != nullptr ? report.run->trajectory : report.path;
   const bool upside_down = report.run != nullptr && report.run->sequence.camera.fy < 0;
   const Eigen::Vector3d up = up_of(path, upside_down);

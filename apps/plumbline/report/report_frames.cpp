@@ -13,7 +13,7 @@ namespace plumbline::app {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kMostRows = 40'000, kMostTruePoses = 20'000;
+constexpr std::size_t kMaxRows = 40'000, kMaxTruePoses = 20'000;
 
 /// What is known of one frame.
 struct Row {
@@ -122,7 +122,7 @@ std::vector<Row> rows_of(const Reconstruction& run) {
 FrameTable frame_table(const Reconstruction& run) {
   const std::vector<Row> rows = rows_of(run);
   FrameTable table;
-  const std::size_t stride = std::max<std::size_t>(1, (rows.size() + kMostRows - 1) / kMostRows);
+  const std::size_t stride = std::max<std::size_t>(1, (rows.size() + kMaxRows - 1) / kMaxRows);
   table.stride = static_cast<int>(stride);
   table.rows = (rows.size() + stride - 1) / stride;
   for (const Column& column : columns_of(run)) {
@@ -142,7 +142,7 @@ std::vector<float> true_path(const Reconstruction& run) {
   const auto end = std::upper_bound(begin, run.truth.end(), last,
                                     [](Nanoseconds t, const StampedPose& pose) { return t < pose.time; });
   const auto count = static_cast<std::size_t>(end - begin);
-  const std::size_t stride = std::max<std::size_t>(1, (count + kMostTruePoses - 1) / kMostTruePoses);
+  const std::size_t stride = std::max<std::size_t>(1, (count + kMaxTruePoses - 1) / kMaxTruePoses);
   const SE3 estimate_from_reference = run.ate->reference_from_estimate.inverse();
   for (std::size_t i = 0; i < count; i += stride) {
     const Eigen::Vector3d p =

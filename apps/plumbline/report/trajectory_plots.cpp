@@ -55,10 +55,10 @@ Trajectory compared_part(const Trajectory& reference, const std::vector<Evaluate
 
 /// Strokes from each estimated position to the true one.
 Series differences(const Trajectory& reference, const EvaluatedTrajectory& estimate, ViewPlane plane) {
-  constexpr std::size_t kMostStrokes = kMostPlotPoints / 4;
+  constexpr std::size_t kMaxStrokes = kMaxPlotPoints / 4;
   Series series{.name = "difference", .color = kDifferenceColor, .width = 0.8};
   const auto& pairs = estimate.error->pairs;
-  const std::size_t step = pairs.size() / kMostStrokes + 1;
+  const std::size_t step = pairs.size() / kMaxStrokes + 1;
   for (std::size_t i = 0; i < pairs.size(); i += step) {
     const SE3& pose = (*estimate.estimate)[pairs[i].estimate].world_from_camera;
     add(&series, estimate.error->reference_from_estimate * pose.translation(), plane);
@@ -92,9 +92,9 @@ ViewPlane view_plane(const std::string& name, const Trajectory& trajectory) {
   for (const StampedPose& pose : trajectory)
     mean += pose.world_from_camera.translation() / static_cast<double>(trajectory.size());
   for (const StampedPose& pose : trajectory) spread += (pose.world_from_camera.translation() - mean).cwiseAbs2();
-  int least = 0;
-  spread.minCoeff(&least);
-  return least == 0 ? ViewPlane{1, 2} : least == 1 ? ViewPlane{0, 2} : ViewPlane{0, 1};
+  int flat = 0;
+  spread.minCoeff(&flat);
+  return flat == 0 ? ViewPlane{1, 2} : flat == 1 ? ViewPlane{0, 2} : ViewPlane{0, 1};
 }
 
 Panel trajectory_panel(const Trajectory& reference, const std::vector<EvaluatedTrajectory>& estimates,

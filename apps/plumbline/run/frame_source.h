@@ -41,14 +41,14 @@ class FrameSource {
   /// The next frame with its orientation, if it has one; nothing after the last, or once `stopping` says so.
   virtual std::optional<Frame> next(const std::function<bool()>& stopping) = 0;
   virtual ReadTimes read_times() const = 0;
-  /// Of the last frame; none without a sensor.
+  /// Of the latest frame; none without a sensor.
   virtual std::optional<OrientationReading> reading() const = 0;
   /// How the sensor's readings are taken; none without a sensor.
   virtual std::optional<OrientationStreamOptions> orientation() const = 0;
   virtual std::optional<LiveCounts> live() const { return std::nullopt; }
   /// Why frames could not be read and were skipped, a sentence each.
   virtual std::vector<std::string> skipped() const { return {}; }
-  /// What happened since the last call, a sentence each.
+  /// What happened since the previous call, a sentence each.
   virtual std::vector<std::string> take_messages() { return {}; }
 };
 

@@ -17,7 +17,7 @@
 
 namespace plumbline::app {
 
-/// Gives the latest frame alone: those that came while the last one was worked on are dropped and counted.
+/// Gives the latest frame alone: those that came while the previous one was worked on are dropped and counted.
 class LiveSource : public FrameSource {
  public:
   /// Opens the devices, throwing what that throws. `max_frames` 0 is no limit; `orientation` says how the sensor's
@@ -51,7 +51,7 @@ class LiveSource : public FrameSource {
   SilenceWatch silence_;
 
   std::mutex mutex_;
-  std::deque<OrientationSample> samples_;  // guarded by mutex_; of the last seconds
+  std::deque<OrientationSample> samples_;  // guarded by mutex_; of the latest seconds
   std::unique_ptr<capture::FrameGrabber> camera_;
   std::unique_ptr<capture::ImuSource> imu_;  // last: its thread adds samples
 };

@@ -12,6 +12,7 @@
 #include "cli/orientation_arguments.h"
 #include "io/atomic_file.h"
 #include "io/trajectory.h"
+#include "io/wrapped_sequence.h"
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
@@ -49,36 +50,12 @@ void find_depth_distortion(const Sequence& sequence, const std::vector<int>& fra
   run->depth_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A sequence that others look at as well, with one more note.
-class NotedSequence : public Sequence {
- public:
-  NotedSequence(std::shared_ptr<const Sequence> sequence, const std::string& note)
-      : Sequence(noted(sequence->info(), note), times_of(*sequence)), sequence_(std::move(sequence)) {}
-
-  Frame read(int index) const override { return sequence_->read(index); }
-  ImuRecording read_imu(std::vector<std::string>* notes) const override { return sequence_->read_imu(notes); }
-  Trajectory read_groundtruth(std::vector<std::string>* notes) const override {
-    return sequence_->read_groundtruth(notes);
-  }
-
- private:
-  static SequenceInfo noted(SequenceInfo info, const std::string& note) {
-    if (!note.empty()) info.notes.push_back(note);
-    return info;
-  }
-  static std::vector<Nanoseconds> times_of(const Sequence& sequence) {
-    std::vector<Nanoseconds> times;
-    for (int i = 0; i < sequence.size(); ++i) times.push_back(sequence.time(i));
-    return times;
-  }
-
-  std::shared_ptr<const Sequence> sequence_;
-};
-
 std::unique_ptr<Sequence> open_noted(const ReconstructionOptions& options) {
   std::shared_ptr<const Sequence> sequence = options.opened;
   if (!sequence) sequence = open_sequence(options.sequence, options.input);
-  return std::make_unique<NotedSequence>(std::move(sequence), options.unused);
+  SequenceInfo info = sequence->info();
+  if (!options.unused.empty()) info.notes.push_back(options.unused);
+  return std::make_unique<WrappedSequence>(std::move(sequence), std::move(info));
 }
 
 /// A damaged companion file is no reason not to reconstruct.

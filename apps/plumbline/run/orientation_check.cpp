@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kSpanFrames = 10;      // between the frames of a pair
 constexpr std::size_t kFirstJudgement = 30;  // pairs; a second at 30 Hz
-constexpr std::size_t kLastJudgement = 300;
+constexpr std::size_t kFinalJudgement = 300;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ std::optional<std::string> OrientationCheck::observe(const FrameReport& report, 
   if (pairs_.size() < kFirstJudgement || pairs_.size() % kFirstJudgement != 0) return std::nullopt;
 
   const ConventionCheck check = check_convention(pairs_, declared_.convention, declared_.body_from_camera);
-  done_ = check.verdict != ConventionVerdict::too_little_motion || pairs_.size() >= kLastJudgement;
+  done_ = check.verdict != ConventionVerdict::too_little_motion || pairs_.size() >= kFinalJudgement;
   if (check.verdict == ConventionVerdict::another_fits || check.verdict == ConventionVerdict::none_fits)
     return check.message;
   return std::nullopt;

@@ -77,6 +77,15 @@ void add_errors(const Json& summary, const Trajectory& estimate, RunFigures* fig
   figures->rpe_all_pairs = rmse([&] { return eval::relative_trajectory_error(truth, estimate, all); });
 }
 
+void add_frames(const CsvRows& rows, RunFigures* figures) {
+  std::vector<double> inliers;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    figures->frame_ms.push_back(rows.number(i, "total_ms"));
+    if (rows.text(i, "status") == "tracked") inliers.push_back(rows.number(i, "inlier_fraction"));
+  }
+  figures->inliers = median(inliers);
+}
+
 RunFigures read_figures(const std::string& folder) {
   const std::string summary_file = (fs::path(folder) / "summary.json").string();
   const Json summary = Json::parse(read_file(summary_file));
@@ -87,12 +96,7 @@ RunFigures read_figures(const std::string& folder) {
   figures.mean_iterations = summary.at("mean_iterations");
   figures.track_ms = summary.at("median_ms").at("track");
   figures.total_ms = summary.at("median_ms").at("total");
-  std::vector<double> inliers;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    figures.frame_ms.push_back(rows.number(i, "total_ms"));
-    if (rows.text(i, "status") == "tracked") inliers.push_back(rows.number(i, "inlier_fraction"));
-  }
-  figures.inliers = median(inliers);
+  add_frames(rows, &figures);
   add_errors(summary, all_frames(rows), &figures);
   return figures;
 }

@@ -13,7 +13,7 @@ struct RunFigures {
   int frames = 0, lost = 0;
   /// Root mean squares, metres; none without a ground truth or with too little to compare.
   std::optional<double> ate;            ///< of the tracked frames, as summary.json has it
-  std::optional<double> ate_all;        ///< of all frames: a lost one counts with the last pose that was believed
+  std::optional<double> ate_all;        ///< of all frames: a lost one counts with the previous accepted pose
   std::optional<double> rpe;            ///< over 1 s, of all frames
   std::optional<double> rpe_all_pairs;  ///< of all frames
   double mean_iterations = 0;           ///< of a registered frame, over all levels

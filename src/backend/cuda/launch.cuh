@@ -240,7 +240,7 @@ __global__ void __launch_bounds__(kReduceThreads, 3)
 }
 
 /// Widens the spans of the tiles that a brick covers. Depths are positive, so that their bits are in their order, and
-/// neither a least nor a greatest depends on the order of threads.
+/// neither a minimum nor a maximum depends on the order of threads.
 struct ThreadTiles {
   kernels::RaySpanView spans;
 

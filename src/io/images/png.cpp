@@ -170,23 +170,27 @@ void write_depth_png(const std::string& path, const DepthImage& depth, Durable d
   encode(path, header_of(depth.width, depth.height, 16, SPNG_COLOR_TYPE_GRAYSCALE), depth, kDepthCompression, durable);
 }
 
-void write_color_png(const std::string& path, const ColorImage& image, Durable durable) {
-  check_writable(image, path);
-  int type = 0;
-  switch (image.channels) {
+namespace {
+
+int color_type(int channels, const std::string& path) {
+  switch (channels) {
     case 1:
-      type = SPNG_COLOR_TYPE_GRAYSCALE;
-      break;
+      return SPNG_COLOR_TYPE_GRAYSCALE;
     case 3:
-      type = SPNG_COLOR_TYPE_TRUECOLOR;
-      break;
+      return SPNG_COLOR_TYPE_TRUECOLOR;
     case 4:
-      type = SPNG_COLOR_TYPE_TRUECOLOR_ALPHA;
-      break;
+      return SPNG_COLOR_TYPE_TRUECOLOR_ALPHA;
     default:
-      throw Error("a picture of " + std::to_string(image.channels) + " channels cannot be written", path,
+      throw Error("a picture of " + std::to_string(channels) + " channels cannot be written", path,
                   "give 1 (grey), 3 (RGB) or 4 (RGBA) channels");
   }
+}
+
+}  // namespace
+
+void write_color_png(const std::string& path, const ColorImage& image, Durable durable) {
+  check_writable(image, path);
+  const int type = color_type(image.channels, path);
   encode(path, header_of(image.width, image.height, 8, type), image, kColorCompression, durable);
 }
 

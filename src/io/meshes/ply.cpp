@@ -242,7 +242,7 @@ class Values {
   /// How many bytes a value takes at the least: in text a digit and a blank.
   std::size_t least_bytes(Type type) const { return encoding_ == Encoding::ascii ? 2 : size_of(type); }
 
-  /// Throws unless `count` times `bytes` can still follow, so that no count of a damaged file is believed.
+  /// Throws unless `count` times `bytes` can still follow, so that no count of a damaged file is trusted.
   void require(std::size_t count, std::size_t bytes, const std::string& of) const {
     // The very last number of a text needs no blank after it.
     const std::size_t left = rest_.size() + (encoding_ == Encoding::ascii ? 1 : 0);

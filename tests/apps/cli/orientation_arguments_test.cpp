@@ -2,12 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <numbers>
 
 #include "calibration/orientation_calibration.h"
 #include "cli/arguments.h"
 #include "cli/orientation_arguments.h"
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline::app {
@@ -20,8 +21,6 @@ using test::write_text;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// The stream of a command line, which CLI11 takes from its end.
 std::optional<OrientationStream> load(std::vector<std::string> words, std::vector<std::string>* notes = nullptr) {
@@ -72,14 +71,14 @@ TEST_F(OrientationOptions, AddTheErrorModel) {
   EXPECT_NE(first(bno), first(other));
   EXPECT_TRUE(first(ideal).isApprox(turn_, 1e-12));
   const double error = so3::angle(first(bno).transpose() * turn_);
-  EXPECT_GT(error, 0.01 * kDegree);
-  EXPECT_LT(error, 11 * kDegree);
+  EXPECT_GT(error, 0.01 * kRadiansPerDegree);
+  EXPECT_LT(error, 11 * kRadiansPerDegree);
 }
 
 TEST_F(OrientationOptions, ComeFromACalibration) {
   OrientationCalibration written;
   written.body_from_camera = Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5).toRotationMatrix();
-  written.mounting_sd = Vector3d(0.1, 0.2, 0.3) * kDegree;
+  written.mounting_sd = Vector3d(0.1, 0.2, 0.3) * kRadiansPerDegree;
   written.time_offset = -0.5;
   written.time_offset_sd = 0.001;
   written.convention = {QuaternionOrder::xyzw, OrientationOf::world_to_body, EarthAxes::ned};

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/orientation_calibration.h"
+#include "plumbline/angles.h"
 #include "plumbline/calibration.h"
 #include "plumbline/se3.h"
 #include "support/program.h"
@@ -16,8 +17,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-
-constexpr double kDegree = 3.14159265358979 / 180;
 
 class Calibrate : public SmallSequence {
  protected:
@@ -58,7 +57,7 @@ class Calibrate : public SmallSequence {
   void expect_found(double degrees = 0.05, double seconds = 0.001) const {
     const OrientationCalibration found = read_orientation_calibration(path("m.toml"));
     const Eigen::Matrix3d truth = Eigen::Quaterniond(0.5, 0.5, 0.5, -0.5).toRotationMatrix();
-    EXPECT_LT(so3::angle(found.body_from_camera.transpose() * truth), degrees * kDegree);
+    EXPECT_LT(so3::angle(found.body_from_camera.transpose() * truth), degrees * kRadiansPerDegree);
     EXPECT_NEAR(found.time_offset, -0.23, seconds);
   }
 };

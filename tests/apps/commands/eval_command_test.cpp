@@ -30,15 +30,12 @@ using testing::Not;
 class Evaluation : public testing::Test {
  protected:
   Evaluation() {
-    std::string name = testing::TempDir() + "plumbline_eval_XXXXXX";
-    folder_ = mkdtemp(name.data());
     write_tum_trajectory(truth(), way(0));
     fs::create_directories(path("a"));
     fs::create_directories(path("b"));
     write_tum_trajectory(path("a/trajectory.txt"), way(0.01));
     write_tum_trajectory(path("b/trajectory.txt"), way(0.02));
   }
-  ~Evaluation() override { fs::remove_all(folder_); }
 
   std::string path(const std::string& name) const { return (fs::path(folder_) / name).string(); }
   std::string truth() const { return path("truth.txt"); }
@@ -73,7 +70,8 @@ class Evaluation : public testing::Test {
   /// The good estimate's text, for spoiling.
   std::string good_text() const { return read_text(path("a/trajectory.txt")); }
 
-  std::string folder_;
+  test::TempFolder temp_;
+  std::string folder_ = temp_.path().string();
 };
 
 // ---- what it gives

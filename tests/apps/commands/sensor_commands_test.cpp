@@ -7,6 +7,7 @@
 
 #include "cli/sensor_model.h"
 #include "io/orientation_file.h"
+#include "plumbline/angles.h"
 #include "plumbline/se3.h"
 #include "support/program.h"
 #include "support/small_sequence.h"
@@ -17,8 +18,6 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
-
-constexpr double kDegree = 3.14159265358979 / 180;
 
 class OrientationCommand : public SmallSequence {
  protected:
@@ -71,7 +70,8 @@ class CharacteriseCommand : public SmallSequence {
   CharacteriseCommand() {
     std::string reference, readings;
     for (int i = 0; i < 36; ++i) {
-      const double heading = (10 * i - 175) * kDegree, seen = heading + 8 * kDegree * std::sin(heading);
+      const double heading = (10 * i - 175) * kRadiansPerDegree,
+                   seen = heading + 8 * kRadiansPerDegree * std::sin(heading);
       for (const int second : {0, 6}) reference += line(8 * i + second, heading);
       for (int k = 0; k < 60; ++k) readings += line(8 * i + 0.1 * k, seen);
     }
@@ -96,8 +96,9 @@ TEST_F(CharacteriseCommand, FindsTheErrorAndWritesTableAndModel) {
   EXPECT_THAT(outcome.out, HasSubstr("Z (up)     36 angles: systematic within ±"));
   EXPECT_THAT(read_text(path("table.csv")), StartsWith("axis,angle_deg,readings,systematic_deg"));
   const app::SensorModel model = app::read_sensor_model(path("model.toml"));
-  EXPECT_NEAR(model.error.amplitude.z(), 8 * kDegree, 0.4 * kDegree);
-  EXPECT_NEAR(std::sqrt(model.covariance(2, 2)), 8 * kDegree / std::sqrt(2), 0.1 * kDegree) << "rms over all angles";
+  EXPECT_NEAR(model.error.amplitude.z(), 8 * kRadiansPerDegree, 0.4 * kRadiansPerDegree);
+  EXPECT_NEAR(std::sqrt(model.covariance(2, 2)), 8 * kRadiansPerDegree / std::sqrt(2), 0.1 * kRadiansPerDegree)
+      << "rms over all angles";
 }
 
 TEST_F(CharacteriseCommand, RefusesReadingsOfAnotherTime) {

@@ -27,11 +27,6 @@ using testing::Not;
 
 class PlotFile : public testing::Test {
  protected:
-  PlotFile() {
-    std::string name = testing::TempDir() + "plumbline_plot_XXXXXX";
-    folder_ = mkdtemp(name.data());
-  }
-  ~PlotFile() override { fs::remove_all(folder_); }
   std::string path(const std::string& name) const { return (fs::path(folder_) / name).string(); }
 
   /// The only files in the folder: nothing temporary stays.
@@ -39,7 +34,8 @@ class PlotFile : public testing::Test {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
 
-  std::string folder_;
+  test::TempFolder temp_;
+  std::string folder_ = temp_.path().string();
 };
 
 Plot red_bar() {
