@@ -74,6 +74,9 @@ struct TrackingParameters {
   // Motion: what is expected of the camera.
   double speed_sigma = 0.75;
   double speed_memory = 0.3;
+  // After an interruption.
+  bool relocalise = true;
+  double max_gap = 0.25;
 };
 
 struct OrientationParameters {
@@ -169,6 +172,14 @@ void tracking_fields(P& p, Visitor&& v) {
     "the motion that was seen is expected to go on: the velocity for about so long, the turn until the next frame; 0: "
     "the camera is expected to stand still",
     Range{0, 1e3});
+  // After an interruption
+  v("relocalise", p.relocalise, "",
+    "after an interruption a frame is accepted only where a place that was mapped is recognised; else by the usual "
+    "tests",
+    Range{});
+  v("max_gap", p.max_gap, "s",
+    "of relocalise: longer since the previous accepted frame, and longer than usual, is an interruption",
+    Range{0.01, 1e3});
 }
 
 template <class P, class Visitor>

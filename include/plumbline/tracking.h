@@ -9,8 +9,16 @@
 
 namespace plumbline {
 
-enum class TrackingStatus { initialised, tracked, lost };
-enum class LostReason { none, no_depth, few_inliers, singular, implausible_step };
+/// `provisional`: the place was recognised after an interruption, and is not yet confirmed by other views of it. Such a
+/// frame is not fused, and its pose may be taken back.
+enum class TrackingStatus { initialised, tracked, provisional, lost };
+/// `unknown_place`: after an interruption no known place was recognised. `unconfirmed`: one was, and the frames after
+/// it contradicted it.
+enum class LostReason { none, no_depth, few_inliers, singular, implausible_step, unknown_place, unconfirmed };
+/// Whether a frame's pose is believed.
+constexpr bool has_pose(TrackingStatus status) {
+  return status == TrackingStatus::initialised || status == TrackingStatus::tracked;
+}
 std::string_view to_string(TrackingStatus status);
 std::string_view to_string(LostReason reason);
 
