@@ -110,7 +110,8 @@ FrameReport Pipeline::process(const Frame& frame, FrameDiagnostics* diagnostics)
 
   // 4. Surface prediction for the next frame.
   timed(&report.milliseconds.raycast, [&] { s.predict(world_from_camera); });
-  if (!s.recovery.holds(tracked, s.live, s.model)) s.take_back(&report);
+  report.tracking.status = s.recovery.judge(tracked, s.live, s.model);
+  if (report.tracking.status == TrackingStatus::lost) s.take_back(&report);
   return report;
 }
 

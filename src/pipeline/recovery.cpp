@@ -79,18 +79,18 @@ void Recovery::observe(TrackedFrame* tracked) {
     ++trial_->failures;
 }
 
-bool Recovery::holds(const TrackedFrame& tracked, const LiveFrame& live, const PredictedSurface& model) {
-  if (!trial_ || tracked.is_recovered) return true;
+TrackingStatus Recovery::judge(const TrackedFrame& tracked, const LiveFrame& live, const PredictedSurface& model) {
+  if (!trial_ || tracked.is_recovered) return tracked.result.status;
   const DepthLevel& frame = live.pyramid()[live.pyramid().size() - model.levels.size()];
   const PlaceEvidence evidence{tracked.result, backend_->reduce(kernels::CompareDepth{
                                                    read_only(frame.depth), read_only(model.levels.front().depth)})};
   ++trial_->frames;
   trial_->failures += !evidence.meets(kOnTrial);
-  if (has_failed()) return false;
-  if (trial_->frames >= kMaxFrames ||
-      pose_distance(trial_->world_from_camera, tracked.result.world_from_camera) >= kSeenFrom)
-    trial_.reset();
-  return true;
+  if (has_failed()) return TrackingStatus::lost;
+  const bool is_seen_anew = pose_distance(trial_->world_from_camera, tracked.result.world_from_camera) >= kSeenFrom;
+  if (trial_->frames < kMaxFrames && !is_seen_anew) return TrackingStatus::provisional;
+  trial_.reset();
+  return TrackingStatus::tracked;
 }
 
 bool Recovery::has_failed() const { return trial_ && trial_->failures >= kMaxFailures; }

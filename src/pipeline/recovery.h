@@ -29,8 +29,9 @@ class Recovery {
   /// A frame that was tracked from the previous one, or was lost in that: provisional while its place is on trial.
   void observe(TrackedFrame* tracked);
 
-  /// Whether the place is still believed, by what the model shows at the pose of an accepted frame.
-  bool holds(const TrackedFrame& tracked, const LiveFrame& live, const PredictedSurface& model);
+  /// The status of an accepted frame, by what the model shows at its pose: provisional while its place is on trial,
+  /// tracked once the place is confirmed, lost if it is contradicted.
+  TrackingStatus judge(const TrackedFrame& tracked, const LiveFrame& live, const PredictedSurface& model);
 
   /// Takes the place back that is on trial: the tracker is where it was before. False if there is none.
   bool revoke(Tracker* tracker);
