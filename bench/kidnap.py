@@ -268,7 +268,8 @@ def main():
     until = sorted(r["frames_until"] for r in possible if r["frames_until"] is not None)
     jobs = [(pathlib.Path(name.partition("@")[0]).resolve(), other.resolve(),
              arguments.output / f"{pathlib.Path(name.partition('@')[0]).name}+{other.name}", tuple(arguments.options))
-            for name in arguments.sequences for other in arguments.foreign]
+            for name in arguments.sequences for other in arguments.foreign
+            if other.resolve() != pathlib.Path(name.partition('@')[0]).resolve()]
     places = runs.known(runs.each(foreign, jobs, arguments.jobs))
     for place in places:
         print(json.dumps(place), flush=True)
