@@ -75,8 +75,7 @@ struct TrackingParameters {
   double speed_sigma = 0.75;
   double speed_memory = 0.3;
   // After an interruption.
-  bool relocalise = true;
-  double max_gap = 0.25;
+  double relocalise_after = 0.25;
 };
 
 struct OrientationParameters {
@@ -173,13 +172,10 @@ void tracking_fields(P& p, Visitor&& v) {
     "the camera is expected to stand still",
     Range{0, 1e3});
   // After an interruption
-  v("relocalise", p.relocalise, "",
-    "after an interruption a frame is accepted only where a place that was mapped is recognised; else by the usual "
-    "tests",
-    Range{});
-  v("max_gap", p.max_gap, "s",
-    "of relocalise: longer since the previous accepted frame, and longer than usual, is an interruption",
-    Range{0.01, 1e3});
+  v("relocalise_after", p.relocalise_after, "s",
+    "after longer than this, and than usual, without an accepted frame the place must be recognised among those that "
+    "were mapped; 0: the usual tests are enough",
+    Range{0, 1e3});
 }
 
 template <class P, class Visitor>

@@ -21,14 +21,13 @@ constexpr double kExpectedFor = 1;  // seconds, in which a camera is likely to b
 
 Recovery::Recovery(const Parameters& parameters, const Pinhole& camera, const Backend& backend,
                    const OrientationSensor& sensor, RenderModel render)
-    : is_on_(parameters.tracking.relocalise),
-      max_gap_(parameters.tracking.max_gap),
+    : max_gap_(parameters.tracking.relocalise_after),
       backend_(&backend),
       relocaliser_(parameters, camera, backend, std::move(render), sensor) {}
 
 bool Recovery::is_interrupted(const Frame& frame, const TrackerState& tracker) {
   intervals_.observe(frame.time);
-  return is_on_ && tracker.is_initialised && intervals_.is_interrupted(tracker.time, frame.time, max_gap_);
+  return max_gap_ > 0 && tracker.is_initialised && intervals_.is_interrupted(tracker.time, frame.time, max_gap_);
 }
 
 TrackedFrame Recovery::recognise(const TrackerInput& input, const Tracker& tracker) {
@@ -103,7 +102,7 @@ bool Recovery::revoke(Tracker* tracker) {
 }
 
 void Recovery::remember(const LiveFrame& live, const Frame& frame, const Tracker& tracker) {
-  if (is_on_) relocaliser_.remember(view_of(live, frame, tracker.state()), tracker.world_from_camera());
+  if (max_gap_ > 0) relocaliser_.remember(view_of(live, frame, tracker.state()), tracker.world_from_camera());
 }
 
 }  // namespace plumbline

@@ -50,8 +50,7 @@ class Recovery {
   PlaceView view_of(const LiveFrame& live, const Frame& frame, const TrackerState& tracker) const;
   PlaceQuery query_of(const TrackerInput& input, const Tracker& tracker) const;
 
-  bool is_on_;
-  double max_gap_;  ///< seconds
+  double max_gap_;  ///< seconds; 0: a frame after a gap is tracked as any other
   const Backend* backend_;
   FrameIntervals intervals_;
   Relocaliser relocaliser_;

@@ -129,7 +129,7 @@ TEST_F(RecoveryTest, OneKeyframeIsEnough) {
 
 TEST_F(RecoveryTest, SwitchedOffAFrameAfterAGapIsTakenByTheUsualTests) {
   Parameters parameters = small_parameters();
-  parameters.tracking.relocalise = false;
+  parameters.tracking.relocalise_after = 0;
   Pipeline pipeline(parameters, kCamera, *backend_, truth(0));
   for (int i = 0; i < 30; ++i) pipeline.process(frame(i));
   const FrameReport report = pipeline.process(at(truth(30), time_of(45)));
