@@ -22,7 +22,8 @@ LIBRARY = {
     "backend": {"core", "kernels"},
     "map": {"core", "kernels", "backend"},
     "tracking": {"core", "kernels", "backend"},
-    "pipeline": {"core", "kernels", "sensor", "backend", "map", "tracking"},
+    "place": {"core", "kernels", "backend", "tracking"},
+    "pipeline": {"core", "kernels", "sensor", "backend", "map", "tracking", "place"},
     "calibration": {"core", "kernels", "io", "sensor", "backend", "tracking", "pipeline"},
 }
 # The same for apps/plumbline and lab, beside the library; main.cpp joins all of them.

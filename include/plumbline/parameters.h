@@ -74,6 +74,8 @@ struct TrackingParameters {
   // Motion: what is expected of the camera.
   double speed_sigma = 0.75;
   double speed_memory = 0.3;
+  // After an interruption.
+  double relocalise_after = 0.25;
 };
 
 struct OrientationParameters {
@@ -180,6 +182,11 @@ void tracking_fields(P& p, Visitor&& v) {
   v("speed_memory", p.speed_memory, "s",
     "the motion that was seen is expected to go on: the velocity for about so long, the turn until the next frame; 0: "
     "the camera is expected to stand still",
+    Range{0, 1e3});
+  // After an interruption
+  v("relocalise_after", p.relocalise_after, "s",
+    "after longer than this, and than usual, without an accepted frame the place must be recognised among those that "
+    "were mapped; 0: the usual tests are enough",
     Range{0, 1e3});
 }
 

@@ -28,8 +28,10 @@ struct StageTimes {
 struct FrameReport {
   int index = 0;
   Nanoseconds time = 0;
-  TrackingResult tracking;  ///< status, reason, iterations, inliers, residuals
-  SE3 world_from_camera;    ///< the estimate; for a lost frame the previous accepted pose
+  TrackingResult tracking;             ///< status, reason, iterations, inliers, residuals
+  SE3 world_from_camera;               ///< the estimate; for a lost frame the previous accepted pose
+  bool is_after_interruption = false;  ///< nothing linked it to the previous accepted frame
+  bool is_recovered = false;           ///< its place was recognised among those that are known
   OrientationUse orientation = OrientationUse::off;
   int starts = 1;                   ///< poses that registration was begun from
   double seed_angle = 0;            ///< radians from the previous pose to the seed, the best of them

@@ -9,8 +9,16 @@
 
 namespace plumbline {
 
-enum class TrackingStatus { initialised, tracked, lost };
-enum class LostReason { none, no_depth, few_inliers, singular, implausible_step };
+/// `provisional`: the place was recognised after an interruption, and is not yet confirmed by other views of it. Such a
+/// frame is not fused, and its pose may be taken back.
+enum class TrackingStatus { initialised, tracked, provisional, lost };
+/// `unknown_place`: after an interruption no known place was recognised. `unconfirmed`: one was, and the frames after
+/// it contradicted it.
+enum class LostReason { none, no_depth, few_inliers, singular, implausible_step, unknown_place, unconfirmed };
+/// Whether a frame's pose is believed.
+constexpr bool has_pose(TrackingStatus status) {
+  return status == TrackingStatus::initialised || status == TrackingStatus::tracked;
+}
 std::string_view to_string(TrackingStatus status);
 std::string_view to_string(LostReason reason);
 
@@ -39,8 +47,8 @@ struct TrackingResult {
   double inlier_fraction = 0;   ///< of the pixels of the final level that have depth
   double rms = 0;               ///< point-to-plane residual of the matched pixels, metres
   double median_distance = 0;   ///< of the associated pairs, metres, at the histogram's resolution
-  int rank = 0;                 ///< of the last 6×6 system, 6 when all directions are held
-  double condition = 0;         ///< of the last 6×6 system after scaling
+  int rank = 0;                 ///< of the final 6×6 system, 6 when all directions are held
+  double condition = 0;         ///< of the final 6×6 system after scaling
   /// Of (θ, t), what is known besides the images included; world axes, radians² and metres²; zero if the final system
   /// was singular.
   Matrix6d pose_covariance = Matrix6d::Zero();

@@ -11,6 +11,7 @@
 
 #include "core/device_array.h"
 #include "core/plane.h"
+#include "kernels/depth_comparison.h"
 #include "kernels/icp.h"
 #include "kernels/integrate.h"
 #include "kernels/marching_cubes.h"
@@ -44,6 +45,21 @@ struct IcpSums {
   int median_bin() const;
   /// Centre of that bin, metres; the range's end when the median lies beyond it, 0 without pairs.
   double median_distance() const;
+};
+
+/// What comparing two depth images counts, pixels.
+struct DepthComparison {
+  double slots[kernels::depth_comparison::kCount] = {};
+
+  /// Of the readings those where the model has a surface; 0 … 1, as those below.
+  double known() const { return share(kernels::depth_comparison::kKnown, kernels::depth_comparison::kReadings); }
+  double see_through() const {
+    return share(kernels::depth_comparison::kSeeThrough, kernels::depth_comparison::kKnown);
+  }
+  double matched() const { return share(kernels::depth_comparison::kMatched, kernels::depth_comparison::kKnown); }
+
+ private:
+  double share(int part, int whole) const { return slots[whole] > 0 ? slots[part] / slots[whole] : 0; }
 };
 
 /// Runs kernels on one device, in the order of the calls. What a call returns is there when it returns; what it leaves
@@ -96,6 +112,7 @@ class Backend : public DeviceMemory {
   virtual void run(const kernels::RaySpans& kernel) const = 0;
   virtual void run(const kernels::Raycast& kernel) const = 0;
   virtual void run(const kernels::DecimateModel& kernel) const = 0;
+  virtual DepthComparison reduce(const kernels::CompareDepth& kernel) const = 0;
 
   // Meshing.
   virtual void run(const kernels::CountBrick& kernel, int entries) const = 0;

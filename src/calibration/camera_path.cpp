@@ -32,7 +32,7 @@ CameraPath PathTracker::track(const std::vector<int>& frames, const DepthDistort
     distortion.correct(frame->depth_scale, &frame->depth);
     const FrameReport report = pipeline.process(*frame);
     ++path.frames;
-    if (report.tracking.status != TrackingStatus::lost) path.poses.push_back({report.time, report.world_from_camera});
+    if (has_pose(report.tracking.status)) path.poses.push_back({report.time, report.world_from_camera});
     if (options_.on_progress)
       options_.on_progress({pass_, path.frames, static_cast<int>(frames.size()), static_cast<int>(path.poses.size())});
   }

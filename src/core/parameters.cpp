@@ -27,6 +27,7 @@ Parameters kinectfusion() {
   p.tracking.search = 0;
   p.tracking.speed_sigma = 0;
   p.tracking.speed_memory = 0;
+  p.tracking.relocalise_after = 0;
   p.orientation.seed = OrientationSeed::none;
   p.orientation.term = OrientationTerm::none;
   p.orientation.search = 0;

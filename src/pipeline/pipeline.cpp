@@ -5,6 +5,7 @@
 
 #include "backend/backend.h"
 #include "map/volume.h"
+#include "pipeline/recovery.h"
 #include "plumbline/config.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
@@ -52,8 +53,14 @@ struct Pipeline::State {
         live(k, p.preprocess, pyramid_levels(p.tracking), b, with_color, p.tracking.finest_level),
         tracker(p, initial_pose, b, sensor),
         volume(p.volume, k, b, with_color),
-        model{make_pyramid(k, static_cast<int>(p.tracking.iterations.size()), b, p.tracking.finest_level), SE3()} {}
+        model{make_pyramid(k, static_cast<int>(p.tracking.iterations.size()), b, p.tracking.finest_level), SE3()},
+        recovery(p, k, b, sensor, [this](const SE3& pose, DepthPyramid* levels) { render(pose, levels); }) {}
 
+  TrackedFrame locate(const Frame& frame, std::vector<IcpIteration>* trace);
+  void accept(const Frame& frame, const TrackedFrame& tracked);
+  void render(const SE3& world_from_camera, DepthPyramid* levels) const;
+  void predict(const SE3& world_from_camera);
+  void take_back(FrameReport* report);
   void report_pose(const TrackedFrame& tracked, FrameReport* report) const;
   void place_volume_at(const SE3& world_from_camera);
   void explain(const TrackingResult& result, FrameDiagnostics* diagnostics) const;
@@ -65,6 +72,7 @@ struct Pipeline::State {
   Tracker tracker;
   Volume volume;
   PredictedSurface model;
+  Recovery recovery;
 };
 
 Pipeline::Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend, const SE3& initial_pose,
@@ -83,29 +91,66 @@ FrameReport Pipeline::process(const Frame& frame, FrameDiagnostics* diagnostics)
   timed(&report.milliseconds.preprocess, [&] { s.live.prepare(frame); });
 
   // 2. Pose estimation against the model as the previous accepted frame sees it; the first frame defines the world.
-  const TrackedFrame tracked = timed(&report.milliseconds.track, [&] {
-    return s.tracker.track({frame, s.live, s.model}, iterations_of(diagnostics));
-  });
+  const TrackedFrame tracked =
+      timed(&report.milliseconds.track, [&] { return s.locate(frame, iterations_of(diagnostics)); });
   s.report_pose(tracked, &report);
-  s.explain(tracked.result, diagnostics);
+  if (!tracked.is_recovered) s.explain(tracked.result, diagnostics);
   if (!tracked.is_acceptable()) {
     s.tracker.reject(tracked);
+    if (s.recovery.has_failed()) s.take_back(&report);
     return report;  // not fused, and the model is kept
   }
-  if (tracked.is_first()) s.place_volume_at(tracked.result.world_from_camera);
-  s.tracker.accept(frame, tracked);
+  s.accept(frame, tracked);
   const SE3& world_from_camera = report.world_from_camera = s.tracker.world_from_camera();
 
-  // 3. Fusion of the raw depth, and of colour where there is some.
-  timed(&report.milliseconds.integrate,
-        [&] { s.volume.integrate(s.live.raw_depth(), s.live.color(), s.camera, world_from_camera); });
+  // 3. Fusion of the raw depth, and of colour where there is some; not at a place that is on trial.
+  if (has_pose(tracked.result.status))
+    timed(&report.milliseconds.integrate,
+          [&] { s.volume.integrate(s.live.raw_depth(), s.live.color(), s.camera, world_from_camera); });
 
   // 4. Surface prediction for the next frame.
-  timed(&report.milliseconds.raycast, [&] {
-    s.volume.predict(world_from_camera, raycast_range(s.parameters.preprocess.max_depth), &s.model.levels);
-  });
-  s.model.world_from_camera = world_from_camera;
+  timed(&report.milliseconds.raycast, [&] { s.predict(world_from_camera); });
+  report.tracking.status = s.recovery.judge(tracked, s.live, s.model);
+  if (report.tracking.status == TrackingStatus::lost) s.take_back(&report);
   return report;
+}
+
+/// Tracked from the previous accepted frame, or, after an interruption, recognised.
+TrackedFrame Pipeline::State::locate(const Frame& frame, std::vector<IcpIteration>* trace) {
+  if (recovery.is_interrupted(frame, tracker.state())) {
+    if (recovery.revoke(&tracker)) predict(tracker.world_from_camera());
+    return recovery.recognise({frame, live, model}, tracker);
+  }
+  TrackedFrame tracked = tracker.track({frame, live, model}, trace);
+  recovery.observe(&tracked);
+  return tracked;
+}
+
+void Pipeline::State::accept(const Frame& frame, const TrackedFrame& tracked) {
+  if (tracked.is_first()) place_volume_at(tracked.result.world_from_camera);
+  if (tracked.is_recovered)
+    tracker.resume(frame, tracked);
+  else
+    tracker.accept(frame, tracked);
+  if (has_pose(tracked.result.status)) recovery.remember(live, frame, tracker);
+}
+
+void Pipeline::State::render(const SE3& world_from_camera, DepthPyramid* levels) const {
+  volume.predict(world_from_camera, raycast_range(parameters.preprocess.max_depth), levels);
+}
+
+void Pipeline::State::predict(const SE3& world_from_camera) {
+  render(world_from_camera, &model.levels);
+  model.world_from_camera = world_from_camera;
+}
+
+/// The place on trial was a wrong one: all is as it was before it was recognised.
+void Pipeline::State::take_back(FrameReport* report) {
+  recovery.revoke(&tracker);
+  predict(tracker.world_from_camera());
+  report->tracking.status = TrackingStatus::lost;
+  report->tracking.reason = LostReason::unconfirmed;
+  report->world_from_camera = tracker.world_from_camera();
 }
 
 /// Before the frame is accepted: angles are those from the previous accepted pose.
@@ -113,6 +158,8 @@ void Pipeline::State::report_pose(const TrackedFrame& tracked, FrameReport* repo
   report->tracking = tracked.result;
   report->orientation = tracked.orientation;
   report->starts = tracked.starts;
+  report->is_after_interruption = tracked.is_after_interruption;
+  report->is_recovered = tracked.is_recovered;
   report->world_from_camera = tracker.world_from_camera();
   if (tracked.result.iterations.empty()) return;  // not registered
   report->seed_angle = angle_between(tracker.world_from_camera(), tracked.world_from_seed);

@@ -36,6 +36,10 @@ kernels::BilateralFilter bilateral_filter(const Plane<float>& depth, const Plane
           static_cast<float>(0.5 / (kBilateralSigmaRange * kBilateralSigmaRange))};
 }
 
+void estimate_normals(const Backend& backend, DepthLevel& level) {
+  estimate_plane_normals(backend, level, kNormalRadius, kNormalDepthGate);
+}
+
 LiveFrame::LiveFrame(const Pinhole& camera, const PreprocessParameters& parameters, int levels, const Backend& backend,
                      bool with_color, int finest_level)
     : backend_(&backend),
@@ -60,7 +64,7 @@ void LiveFrame::prepare(const Frame& frame) {
 
   make_pyramid_of(frame);
   for (std::size_t level = finest_level_; level < pyramid_.size(); ++level)
-    estimate_plane_normals(*backend_, pyramid_[level], kNormalRadius, kNormalDepthGate);
+    estimate_normals(*backend_, pyramid_[level]);
 }
 
 void LiveFrame::to_metres(const Frame& frame, const Plane<float>& depth) const {

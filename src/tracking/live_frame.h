@@ -19,6 +19,9 @@ constexpr float kNormalDepthGate = 0.03f;
 /// KinectFusion's filter of the depth that is tracked.
 kernels::BilateralFilter bilateral_filter(const Plane<float>& depth, const Plane<float>& filtered);
 
+/// Of a level's measured depth, as every frame gets them.
+void estimate_normals(const Backend& backend, DepthLevel& level);
+
 /// The buffers of the current frame in a backend's memory, made once and used for every frame.
 class LiveFrame {
  public:

@@ -158,6 +158,8 @@ std::string_view to_string(TrackingStatus status) {
       return "initialised";
     case TrackingStatus::tracked:
       return "tracked";
+    case TrackingStatus::provisional:
+      return "provisional";
     case TrackingStatus::lost:
       return "lost";
   }
@@ -176,6 +178,10 @@ std::string_view to_string(LostReason reason) {
       return "singular";
     case LostReason::implausible_step:
       return "implausible step";
+    case LostReason::unknown_place:
+      return "unknown place";
+    case LostReason::unconfirmed:
+      return "unconfirmed";
   }
   return "unknown";
 }

@@ -225,6 +225,15 @@ void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
   state_.guide.observe(current, frame.earth_from_camera, tracked.witness);
 }
 
+void Tracker::resume(const Frame& frame, const TrackedFrame& recovered) {
+  state_.motion = MotionModel(tracking_.speed_sigma, tracking_.speed_memory);
+  state_.turn.forget();
+  TrackedFrame first = recovered;
+  first.result.status = TrackingStatus::initialised;
+  accept(frame, first);
+  state_.previous_agreement = agreement(recovered.result);
+}
+
 void Tracker::reject(const TrackedFrame& tracked) {
   if (tracked.was_compared) ++state_.probation;
   if (tracked.result.reason != LostReason::no_depth) state_.turn.forget();

@@ -48,6 +48,8 @@ struct TrackedFrame {
   int starts = 1;                          ///< that were tried
   bool was_compared = false;               ///< with a registration without the sensor
   MotionFilter filter;                     ///< at the frame's time, before the images
+  bool is_after_interruption = false;      ///< nothing links it to the previous accepted frame
+  bool is_recovered = false;               ///< its place was recognised among those that are known
   std::optional<Eigen::Matrix3d> witness;  ///< world_from_camera by which the sensor is judged, if there is one
 
   bool is_first() const { return result.status == TrackingStatus::initialised; }
@@ -79,6 +81,8 @@ class Tracker {
 
   /// What the next frames are tracked from is this one.
   void accept(const Frame& frame, const TrackedFrame& tracked);
+  /// The same for a frame whose place was recognised after an interruption: nothing is expected to go on from before.
+  void resume(const Frame& frame, const TrackedFrame& recovered);
   /// The previous accepted frame remains what the next ones are tracked from.
   void reject(const TrackedFrame& tracked);
 

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,10 +32,18 @@ struct RunArguments {
   CaptureArguments capture;
   std::string output = "out", backend = "auto", initial_pose, groundtruth;
   int threads = 0, max_frames = 0, stride = 1;
+  std::vector<std::string> left_out;
   std::vector<int> pixel_use_frames, icp_frames;
   bool realtime = false, no_mesh = false, no_report = false, quiet = false, print_config = false;
   std::string command_line;
 };
+
+TimeSpan parse_span(std::string text) {
+  std::replace(text.begin(), text.end(), ':', ',');
+  const std::vector<double> ends = parse_numbers(text, 2, "--leave-out", "FROM:TO, seconds");
+  if (!(ends[0] < ends[1])) throw UsageError("the part ends before it begins", "--leave-out", "Give FROM:TO, seconds.");
+  return {ends[0], ends[1]};
+}
 
 ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   ReconstructionOptions options;
@@ -47,6 +56,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   options.threads = arguments.threads;
   options.max_frames = arguments.max_frames;
   options.stride = arguments.stride;
+  for (const std::string& span : arguments.left_out) options.left_out.push_back(parse_span(span));
   options.realtime = arguments.realtime ? arguments.capture.speed : 0;
   if (!arguments.initial_pose.empty()) options.initial_pose = parse_pose(arguments.initial_pose, "--initial-pose");
   options.groundtruth = arguments.groundtruth;
@@ -113,6 +123,8 @@ int run(const RunArguments& arguments) {
   if (options.sequence.empty())
     throw UsageError("no sequence was given", "plumbline run", "Give the folder of a sequence, or live:.");
   const bool live = options.sequence == kLive;
+  if (live && !options.left_out.empty())
+    throw UsageError("a live run takes what comes", "--leave-out", "Leave out the option.");
   if (live) {
     set_up_live(arguments, &options);
   } else {
@@ -144,6 +156,11 @@ void add_options(CLI::App& command, RunArguments& arguments) {
       ->check(CLI::Range(1, 1 << 30))
       ->capture_default_str()
       ->type_name("N");
+  command
+      .add_option("--leave-out", arguments.left_out,
+                  "Leave out this part of the recording, as if the camera had been covered; seconds after its start")
+      ->allow_extra_args(false)
+      ->type_name("FROM:TO");
   command.add_flag("--realtime", arguments.realtime,
                    "Play the sequence as its camera gave it, at --speed, and drop the frames that come too fast");
   command

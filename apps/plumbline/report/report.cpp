@@ -102,7 +102,7 @@ void add_run(const Reconstruction& run, PageData* page) {
   page->json["names"] = {{"status", Json::array()}, {"reason", Json::array()}};
   for (int i = 0; i <= static_cast<int>(TrackingStatus::lost); ++i)
     page->json["names"]["status"].push_back(to_string(static_cast<TrackingStatus>(i)));
-  for (int i = 0; i <= static_cast<int>(LostReason::implausible_step); ++i)
+  for (int i = 0; i <= static_cast<int>(LostReason::unconfirmed); ++i)
     page->json["names"]["reason"].push_back(to_string(static_cast<LostReason>(i)));
   page->json["camera"] = {{"width", k.width}, {"height", k.height}, {"fx", k.fx},
                           {"fy", k.fy},       {"cx", k.cx},         {"cy", k.cy}};

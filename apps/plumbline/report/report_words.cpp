@@ -30,6 +30,10 @@ std::string in_words(LostReason reason) {
       return "where the view leaves a direction open";
     case LostReason::implausible_step:
       return "after a jump that no camera makes";
+    case LostReason::unknown_place:
+      return "where no known place was recognised";
+    case LostReason::unconfirmed:
+      return "whose place was not confirmed";
     case LostReason::none:
       break;
   }
@@ -108,6 +112,8 @@ Verdict verdict_of(const Reconstruction& run) {
     text +=
         fmt::format(", and the camera's path is within {} (rmse) of the truth", millimetres(run.ate->translation.rmse));
   text += '.';
+  if (const auto from = lost_to_the_end(run))
+    text += fmt::format(" From {:.1f}\u00a0s to the end it was lost: no known place was seen.", *from);
   if (!run.failure.empty()) text = "The run broke off. Until then: " + text;
   if (run.failure.empty() && run.signal != 0) text = "The run was interrupted. Until then: " + text;
   return {level_of(run), text};

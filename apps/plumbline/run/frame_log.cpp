@@ -49,6 +49,12 @@ std::vector<std::string> columns(const TrackingParameters& parameters) {
   return names;
 }
 
+/// The first frame of a place that was recognised says so.
+std::string status_of(const FrameReport& report) {
+  const TrackingStatus status = report.tracking.status;
+  return report.is_recovered && status == TrackingStatus::provisional ? "recovered" : std::string(to_string(status));
+}
+
 void add_tracking(const FrameReport& report, int levels, std::vector<std::string>* row) {
   const TrackingResult& tracking = report.tracking;
   for (int i = 0; i < levels; ++i) {
@@ -93,8 +99,7 @@ FrameLog::FrameLog(std::string path, TrackingParameters parameters)
 void FrameLog::observe(const ProcessedFrame& processed) {
   if (!csv_) csv_ = std::make_unique<CsvWriter>(partial_, columns(parameters_));
   const FrameReport& report = processed.report;
-  std::vector<std::string> row = {std::to_string(report.index), format_seconds(report.time, 9),
-                                  std::string(to_string(report.tracking.status)),
+  std::vector<std::string> row = {std::to_string(report.index), format_seconds(report.time, 9), status_of(report),
                                   std::string(to_string(report.tracking.reason))};
   add_tracking(report, static_cast<int>(parameters_.iterations.size()), &row);
   add_seed(processed, &row);

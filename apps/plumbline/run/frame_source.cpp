@@ -1,8 +1,10 @@
 #include "run/frame_source.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "cli/sequence_text.h"
+#include "plumbline/time.h"
 
 namespace plumbline::app {
 namespace {
@@ -19,6 +21,15 @@ std::vector<int> chosen_frames(const Sequence& sequence, int max_frames, int str
     indices.push_back(i);
   }
   return indices;
+}
+
+std::vector<int> frames_outside(const Sequence& sequence, const std::vector<TimeSpan>& spans, std::vector<int> frames) {
+  std::erase_if(frames, [&](int frame) {
+    const double seconds = to_seconds(sequence.time(frame) - sequence.time(0));
+    return std::any_of(spans.begin(), spans.end(),
+                       [&](const TimeSpan& span) { return seconds >= span.from && seconds < span.to; });
+  });
+  return frames;
 }
 
 FileSource::FileSource(std::unique_ptr<Sequence> sequence, std::vector<int> indices, const OrientationStream* stream,

@@ -28,6 +28,13 @@ struct LiveCounts {
 /// Every `stride`-th frame of a sequence, `max_frames` at most; 0: no limit.
 std::vector<int> chosen_frames(const Sequence& sequence, int max_frames, int stride = 1);
 
+/// A part of a recording, seconds after its first frame; `to` is no longer part of it.
+struct TimeSpan {
+  double from = 0, to = 0;
+};
+/// The frames that lie in none of the spans.
+std::vector<int> frames_outside(const Sequence& sequence, const std::vector<TimeSpan>& spans, std::vector<int> frames);
+
 class FrameSource {
  public:
   virtual ~FrameSource() = default;

@@ -71,7 +71,9 @@ void read_own_groundtruth(const Sequence& sequence, const ReconstructionOptions&
 std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Reconstruction* run) {
   std::unique_ptr<Sequence> sequence = open_noted(options);
   read_own_groundtruth(*sequence, options, run);
-  std::vector<int> frames = chosen_frames(*sequence, options.max_frames, options.stride);
+  std::vector<int> frames =
+      frames_outside(*sequence, options.left_out, chosen_frames(*sequence, options.max_frames, options.stride));
+  if (frames.empty()) throw Error("all frames are left out", "--leave-out", "Leave out less than the whole recording.");
   if (is_to_be_calibrated(options)) find_depth_distortion(*sequence, frames, options, run);
   if (run->depth) sequence = without_depth_distortion(std::move(sequence), run->depth->distortion);
   std::vector<std::string> lines;

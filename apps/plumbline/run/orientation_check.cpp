@@ -14,7 +14,7 @@ constexpr std::size_t kFinalJudgement = 300;
 }  // namespace
 
 std::optional<std::string> OrientationCheck::observe(const FrameReport& report, const OrientationReading& reading) {
-  if (done_ || report.tracking.status == TrackingStatus::lost) return std::nullopt;
+  if (done_ || !has_pose(report.tracking.status)) return std::nullopt;
   if (reading.status != OrientationStatus::ok) return std::nullopt;
   recent_.push_back({report.world_from_camera.rotation(), reading.earth_from_body});
   if (recent_.size() <= kSpanFrames) return std::nullopt;

@@ -9,7 +9,9 @@ void ProgressObserver::observe(const ProcessedFrame& processed) {
   const bool lost = report.tracking.status == TrackingStatus::lost;
   ++frames_;
   if (lost) ++lost_;
-  if (lost != was_lost_)
+  if (report.is_recovered)
+    note(fmt::format("frame {}: a known place is recognised", report.index));
+  else if (lost != was_lost_)
     note(lost ? fmt::format("frame {} lost: {}", report.index, to_string(report.tracking.reason))
               : fmt::format("frame {} tracked again", report.index));
   was_lost_ = lost;

@@ -1,6 +1,7 @@
 #include "run/reconstruction.h"
 
 #include <exception>
+#include <vector>
 
 #include "cli/interrupt.h"
 #include "plumbline/error.h"
@@ -22,13 +23,30 @@ class RunRecord : public FrameObserver {
 
   void observe(const ProcessedFrame& processed) override {
     const FrameReport& report = processed.report;
-    if (report.tracking.status != TrackingStatus::lost)
-      run_.trajectory.push_back({report.time, report.world_from_camera});
+    const bool is_taken_back = report.is_after_interruption || report.tracking.reason == LostReason::unconfirmed;
+    if (is_taken_back) take_back();
     run_.frames.push_back(report);
     run_.reads.push_back(processed.read);
+    if (report.tracking.status == TrackingStatus::provisional) provisional_.push_back(run_.frames.size() - 1);
+    if (!has_pose(report.tracking.status)) return;
+    for (const std::size_t i : provisional_) add_pose(run_.frames[i]);
+    provisional_.clear();
+    add_pose(report);
+  }
+
+  /// What is provisional at the end of the run will never be confirmed.
+  void take_back() {
+    for (const std::size_t i : provisional_) {
+      run_.frames[i].tracking.status = TrackingStatus::lost;
+      run_.frames[i].tracking.reason = LostReason::unconfirmed;
+    }
+    provisional_.clear();
   }
 
  private:
+  void add_pose(const FrameReport& report) { run_.trajectory.push_back({report.time, report.world_from_camera}); }
+
+  std::vector<std::size_t> provisional_;  ///< frames whose place is not yet confirmed
   Reconstruction& run_;
 };
 
@@ -49,6 +67,7 @@ std::exception_ptr process_frames(const ReconstructionOptions& options, const Op
   } catch (...) {
     failure = std::current_exception();
   }
+  record.take_back();
   run->orientation_message = orientation.message();
   run->icp_traces = diagnostics.icp_traces();
   run->signal = interrupt.signal();

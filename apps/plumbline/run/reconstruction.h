@@ -34,6 +34,7 @@ struct ReconstructionOptions {
   int threads = 0;     ///< 0 = all cores
   int max_frames = 0;  ///< 0 = no limit; counted after `stride`
   int stride = 1;
+  std::vector<TimeSpan> left_out;  ///< of the recording
   double realtime = 0;      ///< play the sequence at so many times its speed and drop what comes too fast; 0 = wait
   SE3 initial_pose;         ///< world_from_camera of the first frame
   std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
@@ -60,7 +61,7 @@ struct Reconstruction {
   std::string command_line;
   std::vector<FrameReport> frames;              ///< every frame that was processed
   std::vector<ReadTimes> reads;                 ///< one a frame
-  Trajectory trajectory;                        ///< of the tracked frames
+  Trajectory trajectory;                        ///< of the tracked frames, and of provisional ones since confirmed
   Mesh mesh;                                    ///< empty if none was asked for
   SE3 world_from_volume;                        ///< of the volume's corner
   double volume_side = 0;                       ///< metres

@@ -4,11 +4,13 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "cli/console.h"
 #include "core/median.h"
 #include "plumbline/pinhole.h"
+#include "plumbline/time.h"
 #include "plumbline/trajectory.h"
 
 namespace plumbline::app {
@@ -120,6 +122,15 @@ Json orientation_json(const Reconstruction& run) {
           {"message", run.orientation_message.empty() ? Json() : Json(run.orientation_message)}};
 }
 
+Json interruptions_json(const Reconstruction& run) {
+  const Interruptions found = interruptions(run);
+  const std::optional<double> from = lost_to_the_end(run);
+  return {{"count", found.count},
+          {"recovered", found.recovered},
+          {"revoked", found.revoked},
+          {"lost_to_the_end_from_s", from ? Json(*from) : Json()}};
+}
+
 Json live_json(const Reconstruction& run) {
   if (!run.live) return nullptr;
   return {{"captured", run.live->captured}, {"dropped", run.live->dropped}};
@@ -136,6 +147,25 @@ double mean_iterations(const Reconstruction& run) {
 }
 
 }  // namespace
+
+Interruptions interruptions(const Reconstruction& run) {
+  Interruptions found;
+  bool was_interrupted = false;
+  for (const FrameReport& frame : run.frames) {
+    found.count += frame.is_after_interruption && !was_interrupted;
+    found.recovered += frame.is_recovered;
+    found.revoked += frame.is_recovered && frame.tracking.status == TrackingStatus::lost;
+    was_interrupted = frame.is_after_interruption;
+  }
+  return found;
+}
+
+std::optional<double> lost_to_the_end(const Reconstruction& run) {
+  auto first = run.frames.end();
+  while (first != run.frames.begin() && std::prev(first)->tracking.status == TrackingStatus::lost) --first;
+  if (first == run.frames.end() || !std::prev(run.frames.end())->is_after_interruption) return std::nullopt;
+  return to_seconds(first->time - run.frames.front().time);
+}
 
 StageMedians stage_medians(const Reconstruction& run) {
   const auto stage = [&](auto&& figure) {
@@ -178,6 +208,7 @@ std::string summary_json(const Reconstruction& run) {
       {"tracked", run.tracked()},
       {"lost", run.lost()},
       {"lost_frames", lost_frames(run)},
+      {"interruptions", interruptions_json(run)},
       {"live", live_json(run)},
       {"interrupted", run.signal != 0},
       {"skipped_frames", run.skipped},
@@ -200,6 +231,12 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
   const StageMedians ms = stage_medians(run);
   std::vector<std::string> lines = {fmt::format("tracked    {} of {} frames, {} lost; {:.2f} m of path", run.tracked(),
                                                 run.frames.size(), run.lost(), path_length(run.trajectory))};
+  if (const Interruptions found = interruptions(run); found.count > 0)
+    lines.push_back(
+        fmt::format("breaks     {} interruptions; a known place was recognised {} times, {} of them not confirmed",
+                    found.count, found.recovered, found.revoked));
+  if (const auto from = lost_to_the_end(run))
+    lines.push_back(fmt::format("lost       from {:.1f} s to the end: no known place was seen", *from));
   if (run.live)
     lines.push_back(fmt::format("camera     {} frames, {} of them dropped for lack of time", run.live->captured,
                                 run.live->dropped));

@@ -1,6 +1,7 @@
 // The figures of a run for programs (summary.json) and for people.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,17 @@ StageMedians stage_medians(const Reconstruction& run);
 double path_length(const Trajectory& trajectory);
 
 /// JSON text of summary.json.
+/// Where the run was interrupted, and what came of it.
+struct Interruptions {
+  int count = 0;      ///< times that nothing linked a frame to the previous accepted one
+  int recovered = 0;  ///< times that a known place was recognised
+  int revoked = 0;    ///< of these, not confirmed: the frames after it contradicted it, or there were none
+};
+Interruptions interruptions(const Reconstruction& run);
+
+/// Seconds after the start from which on no frame shows a known place; none if the run ends otherwise.
+std::optional<double> lost_to_the_end(const Reconstruction& run);
+
 std::string summary_json(const Reconstruction& run);
 
 /// A few lines: tracked and lost, accuracy where the truth is known, speed, memory.

@@ -59,6 +59,12 @@ IcpSums LanesBase::reduce(const kernels::IcpReduce& kernel) const {
   return sums;
 }
 
+DepthComparison LanesBase::reduce(const kernels::CompareDepth& kernel) const {
+  DepthComparison sums;
+  reduce_into(kernel, sums.slots);
+  return sums;
+}
+
 void LanesBase::correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const {
   double changes[kernels::icp_sum::kCount];
   reduce_into(kernel, changes);

@@ -29,6 +29,9 @@ class Lanes final : public LanesBase {
     cpu::reduce<F, kernels::icp_sum::kCount>(threads(), k.in.live_depth.width, k.in.live_depth.height, k, sums, nullptr,
                                              0);
   }
+  void reduce_into(const kernels::CompareDepth& k, double* sums) const override {
+    cpu::reduce<F, kernels::depth_comparison::kCount>(threads(), k.live.width, k.live.height, k, sums, nullptr, 0);
+  }
   void run(const kernels::ExplainPixels& k) const override { on(k.use, k); }
 
   void run(const kernels::DepthRangeBase& k, int rows) const override { for_each<F>(threads(), k.stride, rows, k); }

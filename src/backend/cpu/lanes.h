@@ -19,6 +19,7 @@ class LanesBase : public Backend {
   void download(void* host, const void* device, std::size_t bytes) const override;
   void clear(void* device, std::size_t bytes) const override;
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
+  DepthComparison reduce(const kernels::CompareDepth& kernel) const override;
   void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
   int compact(const std::int32_t* flags, int count, std::int32_t* list) const override;
   void integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count, std::int32_t* list,
@@ -32,6 +33,7 @@ class LanesBase : public Backend {
   const ThreadPool& threads() const { return threads_; }
   virtual void reduce_into(const kernels::IcpReduce& kernel, double* sums, std::int32_t* histogram) const = 0;
   virtual void reduce_into(const kernels::IcpCorrection& kernel, double* sums) const = 0;
+  virtual void reduce_into(const kernels::CompareDepth& kernel, double* sums) const = 0;
   virtual void integrate_listed(const kernels::Integrate& kernel, const std::int32_t* list, int count) const = 0;
 
  private:

@@ -196,6 +196,7 @@ class CudaBackend final : public Backend {
   void run(const kernels::PlaneNormals& k) const override { on(k.depth, k, "PlaneNormals"); }
 
   IcpSums reduce(const kernels::IcpReduce& kernel) const override;
+  DepthComparison reduce(const kernels::CompareDepth& kernel) const override;
   void correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const override;
   kernels::RegistrationState iterate(const kernels::Registration& registration,
                                      const SE3& model_from_live) const override;
@@ -248,8 +249,8 @@ class CudaBackend final : public Backend {
     for_each_entry<<<static_cast<unsigned>(divide_up(count, kThreads)), kThreads, 0, stream_>>>(kernel, count);
     launched(what);
   }
-  template <class Kernel>
-  void reduce_pixels(const Kernel& kernel, int bins) const;
+  template <int N, class Kernel>
+  void reduce_pixels(const Kernel& kernel, int width, int height, int bins) const;
   std::int32_t* cleared_histogram() const;
   static void check_bins(int bins);
   int resident_blocks(std::size_t shared_bytes) const;
@@ -309,18 +310,16 @@ std::int32_t* CudaBackend::cleared_histogram() const {
 }
 
 /// Leaves the sums in sums_ and the counts in counts_, and waits for them.
-template <class Kernel>
-void CudaBackend::reduce_pixels(const Kernel& kernel, int bins) const {
-  constexpr int kSlots = kernels::icp_sum::kCount;
-  const int width = kernel.in.live_depth.width, count = width * kernel.in.live_depth.height;
-  const int blocks = divide_up(count, kReducePixels);
-  auto* partial = partial_.get<double>(static_cast<std::size_t>(blocks) * kSlots);
+template <int N, class Kernel>
+void CudaBackend::reduce_pixels(const Kernel& kernel, int width, int height, int bins) const {
+  const int count = width * height, blocks = divide_up(count, kReducePixels);
+  auto* partial = partial_.get<double>(static_cast<std::size_t>(blocks) * N);
   std::int32_t* histogram = cleared_histogram();
-  cuda::reduce<kSlots>
+  cuda::reduce<N>
       <<<static_cast<unsigned>(blocks), kReduceThreads, sizeof(std::int32_t) * static_cast<std::size_t>(bins),
          stream_>>>(kernel, width, count, partial, histogram, bins);
-  fold<kSlots><<<1, kSlots * kWarp, 0, stream_>>>(partial, blocks, histogram, bins, sums_.get(), counts_.get());
-  check(cudaGetLastError(), "registration");
+  fold<N><<<1, N * kWarp, 0, stream_>>>(partial, blocks, histogram, bins, sums_.get(), counts_.get());
+  check(cudaGetLastError(), "reduction");
   stream_.wait();
 }
 
@@ -334,7 +333,7 @@ IcpSums CudaBackend::reduce(const kernels::IcpReduce& kernel) const {
   // One bin more counts what lies beyond the range; one more still what is no pair, which nobody asks for.
   const int bins = kernel.in.bins;
   check_bins(bins);
-  reduce_pixels(kernel, bins + 2);
+  reduce_pixels<kernels::icp_sum::kCount>(kernel, kernel.in.live_depth.width, kernel.in.live_depth.height, bins + 2);
   IcpSums sums;
   std::copy(sums_.get(), sums_.get() + kernels::icp_sum::kCount, sums.slots);
   sums.histogram.assign(counts_.get(), counts_.get() + bins + 1);
@@ -342,8 +341,15 @@ IcpSums CudaBackend::reduce(const kernels::IcpReduce& kernel) const {
   return sums;
 }
 
+DepthComparison CudaBackend::reduce(const kernels::CompareDepth& kernel) const {
+  reduce_pixels<kernels::depth_comparison::kCount>(kernel, kernel.live.width, kernel.live.height, 0);
+  DepthComparison sums;
+  std::copy_n(sums_.get(), kernels::depth_comparison::kCount, sums.slots);
+  return sums;
+}
+
 void CudaBackend::correct(const kernels::IcpCorrection& kernel, IcpSums* sums) const {
-  reduce_pixels(kernel, 0);
+  reduce_pixels<kernels::icp_sum::kCount>(kernel, kernel.in.live_depth.width, kernel.in.live_depth.height, 0);
   for (int slot = 0; slot < kernels::icp_sum::kCount; ++slot) sums->slots[slot] += sums_.get()[slot];
 }
 

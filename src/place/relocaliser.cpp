@@ -1,0 +1,185 @@
+#include "place/relocaliser.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+
+#include "plumbline/angles.h"
+#include "tracking/live_frame.h"
+#include "tracking/starts.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kNearest = 20;           // keyframes that are tried
+constexpr std::size_t kRefined = 4;            // candidates that are registered to the model
+constexpr double kDistinct = 0.1;              // radians, as pose_distance has them: nearer poses are one place
+constexpr double kMargin = 0.15;               // that the second-best place's agreement must be smaller by
+constexpr double kMaxAttitudeDifference = 65;  // degrees, between a keyframe's and the frame's
+constexpr int kKeyframeLevels = 2;
+
+/// Of the levels that iterate, the coarsest that a keyframe keeps.
+int keyframe_levels(const TrackingParameters& tracking) {
+  return std::min(kKeyframeLevels, static_cast<int>(tracking.iterations.size()));
+}
+
+/// A registration that is not judged by how far it went: what was found is judged by what is seen there.
+TrackingParameters without_limits(TrackingParameters tracking) {
+  tracking.max_step_translation = 1e3;
+  tracking.max_step_rotation = 180;
+  return tracking;
+}
+
+/// To a keyframe: coarsely, with gates that let in what is half a metre and 40° away.
+TrackingParameters far_reaching(const TrackingParameters& tracking) {
+  TrackingParameters far = without_limits(patient(tracking));
+  const int levels = keyframe_levels(tracking);
+  for (std::size_t i = static_cast<std::size_t>(levels); i < far.iterations.size(); ++i) far.iterations[i] = 0;
+  far.distance_gate = 0.4;
+  far.normal_gate = 40;
+  far.gate_per_median = 0;
+  far.converged_step = 0.002;
+  far.max_iterations = 20;
+  far.huber = 0.05;
+  return far;
+}
+
+/// Up in the camera's axes, by a reading.
+Eigen::Vector3d up_in_camera(const Eigen::Matrix3d& earth_from_camera) { return earth_from_camera.row(2).transpose(); }
+
+}  // namespace
+
+double PlaceEvidence::agreement() const { return plumbline::agreement(result); }
+
+bool PlaceEvidence::meets(const PlaceLimits& limits) const {
+  return agreement() >= limits.agreement && depth.see_through() < limits.see_through &&
+         depth.matched() > limits.matched && depth.known() > limits.known;
+}
+
+Relocaliser::Relocaliser(const Parameters& parameters, const Pinhole& camera, const Backend& backend,
+                         RenderModel render, const OrientationSensor& sensor)
+    : tracking_(without_limits(patient(parameters.tracking))),
+      coarse_(far_reaching(parameters.tracking)),
+      has_heading_(sensor.has_heading),
+      backend_(&backend),
+      render_(std::move(render)),
+      keyframes_(keyframe_levels(parameters.tracking), backend),
+      keyframe_levels_(make_pyramid(camera, keyframe_levels(parameters.tracking), backend,
+                                    pyramid_levels(parameters.tracking) - keyframe_levels(parameters.tracking))),
+      model_levels_(make_pyramid(camera, static_cast<int>(parameters.tracking.iterations.size()), backend,
+                                 parameters.tracking.finest_level)) {}
+
+PlaceEvidence Relocaliser::look(const DepthPyramid& live, const TrackingResult& result) const {
+  render_(result.world_from_camera, &model_levels_);
+  const DepthLevel& model = model_levels_.front();
+  const DepthLevel& frame = live[live.size() - model_levels_.size()];
+  return {result, backend_->reduce(kernels::CompareDepth{read_only(frame.depth), read_only(model.depth)})};
+}
+
+Relocaliser::Search Relocaliser::find(const PlaceQuery& query) const {
+  Search search;
+  std::vector<Candidate> candidates = from_keyframes(query, &search.starts);
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.agreement > b.agreement; });
+  std::vector<SE3> starts = query.expected;
+  search.starts += static_cast<int>(starts.size());
+  for (const Candidate& candidate : candidates) {
+    if (starts.size() >= query.expected.size() + kRefined) break;
+    const bool is_new = std::none_of(starts.begin(), starts.end(), [&](const SE3& start) {
+      return pose_distance(start, candidate.world_from_camera) < kDistinct;
+    });
+    if (is_new) starts.push_back(candidate.world_from_camera);
+  }
+
+  std::vector<FoundPlace> places;
+  for (const SE3& start : starts) places.push_back(refine(start, query));
+  const auto better = [](const FoundPlace& a, const FoundPlace& b) {
+    return a.evidence.agreement() < b.evidence.agreement();
+  };
+  const auto best = std::max_element(places.begin(), places.end(), better);
+  if (best == places.end() || !best->evidence.meets(kRecognised)) return search;
+  for (const FoundPlace& other : places) {
+    const bool is_other =
+        pose_distance(other.evidence.result.world_from_camera, best->evidence.result.world_from_camera) >= kDistinct;
+    if (is_other && other.evidence.agreement() > best->evidence.agreement() - kMargin) return search;
+  }
+  search.place = *best;
+  search.place->starts = search.starts;
+  return search;
+}
+
+/// The frame registered coarsely to the keyframes that look like it.
+std::vector<Relocaliser::Candidate> Relocaliser::from_keyframes(const PlaceQuery& query, int* starts) const {
+  const std::vector<const Keyframe*> nearest =
+      keyframes_.nearest(keyframes_.encode(query.view.live), kNearest,
+                         [&](const Keyframe& keyframe) { return is_possible(keyframe, query); });
+  std::vector<Candidate> candidates;
+  for (const Keyframe* keyframe : nearest) {
+    load(*keyframe);
+    for (const SE3& start : starts_at(*keyframe, query)) {
+      RegistrationInput input;
+      input.world_from_model = keyframe->world_from_camera;
+      input.world_from_camera_seed = start;
+      input.terms = query.terms;
+      const TrackingResult result = register_frame(*backend_, query.view.live, keyframe_levels_, input, coarse_);
+      ++*starts;
+      if (result.rank == 6 && result.world_from_camera.is_finite())
+        candidates.push_back({result.world_from_camera, agreement(result)});
+    }
+  }
+  return candidates;
+}
+
+/// Whether the sensor lets the camera look there. One that has no heading says whether the camera is tilted alike.
+bool Relocaliser::is_possible(const Keyframe& keyframe, const PlaceQuery& query) const {
+  if (!keyframe.earth_from_camera || !query.view.earth_from_camera) return true;
+  const Eigen::Matrix3d &then = *keyframe.earth_from_camera, &now = *query.view.earth_from_camera;
+  const double difference = has_heading_ ? so3::angle(then.transpose() * now)
+                                         : std::acos(std::clamp(up_in_camera(then).dot(up_in_camera(now)), -1.0, 1.0));
+  return difference <= radians(kMaxAttitudeDifference);
+}
+
+/// The keyframe's pose, and the same place with the attitude that the sensor says.
+std::vector<SE3> Relocaliser::starts_at(const Keyframe& keyframe, const PlaceQuery& query) const {
+  std::vector<SE3> starts = {keyframe.world_from_camera};
+  if (!keyframe.earth_from_camera || !query.view.earth_from_camera) return starts;
+  const Eigen::Matrix3d &then = *keyframe.earth_from_camera, &now = *query.view.earth_from_camera;
+  const Eigen::Matrix3d then_from_now =
+      has_heading_ ? Eigen::Matrix3d(then.transpose() * now)
+                   : Eigen::Quaterniond::FromTwoVectors(up_in_camera(now), up_in_camera(then)).toRotationMatrix();
+  starts.emplace_back(keyframe.world_from_camera.rotation() * then_from_now, keyframe.world_from_camera.translation());
+  return starts;
+}
+
+/// The keyframe's maps to the device; normals follow from the depth.
+void Relocaliser::load(const Keyframe& keyframe) const {
+  for (std::size_t level = 0; level < keyframe_levels_.size(); ++level) {
+    DepthLevel& out = keyframe_levels_[level];
+    upload(*backend_, keyframe.depth[level], out.depth);
+    estimate_normals(*backend_, out);
+  }
+}
+
+/// Twice to the model as it is seen from where the frame seems to be.
+FoundPlace Relocaliser::refine(const SE3& start, const PlaceQuery& query) const {
+  FoundPlace place;
+  SE3 pose = start;
+  TrackingResult result;
+  for (int round = 0; round < 2; ++round) {
+    render_(pose, &model_levels_);
+    RegistrationInput input;
+    input.world_from_model = input.world_from_camera_seed = place.world_from_seed = pose;
+    input.terms = query.terms;
+    result = register_frame(*backend_, query.view.live, model_levels_, input, tracking_);
+    if (result.rank < 6 || !result.world_from_camera.is_finite()) {
+      result.inliers = 0;  // explains nothing
+      result.world_from_camera = pose;
+      break;
+    }
+    pose = result.world_from_camera;
+  }
+  place.evidence = look(query.view.live, result);
+  return place;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,95 @@
+// Where a camera is that has been lost: which of the places that were mapped a frame shows, or none (docs/method.md
+// §9).
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "backend/maps.h"
+#include "kernels/terms.h"
+#include "place/keyframes.h"
+#include "plumbline/orientation.h"
+#include "plumbline/parameters.h"
+#include "plumbline/pinhole.h"
+#include "plumbline/se3.h"
+#include "tracking/registration.h"
+#include "tracking/tracker.h"
+
+namespace plumbline {
+
+/// Writes what a camera at a pose sees of the model into a pyramid's depth and normals.
+using RenderModel = std::function<void(const SE3& world_from_camera, DepthPyramid* levels)>;
+
+/// What a frame must show to be where it is said to be.
+struct PlaceLimits {
+  double agreement, see_through, matched, known;
+};
+/// Of a frame that was lost, and of one whose place is on trial.
+constexpr PlaceLimits kRecognised = {0.4, 0.04, 0.88, 0.4}, kOnTrial = {0.25, 0.06, 0.8, 0};
+
+/// A pose, and what the frame and the model rendered there have in common.
+struct PlaceEvidence {
+  TrackingResult result;
+  DepthComparison depth;
+
+  double agreement() const;  ///< of the registration
+  bool meets(const PlaceLimits& limits) const;
+};
+
+/// What there is to find a frame's place by.
+struct PlaceQuery {
+  PlaceView view;
+  std::vector<SE3> expected;  ///< poses that are tried whatever the frame looks like
+  kernels::Terms terms;       ///< what is known of the pose besides
+};
+
+struct FoundPlace {
+  PlaceEvidence evidence;
+  SE3 world_from_seed;  ///< where its last registration started
+  int starts = 0;       ///< poses that were tried
+};
+
+class Relocaliser {
+ public:
+  /// `backend` must outlive it.
+  Relocaliser(const Parameters& parameters, const Pinhole& camera, const Backend& backend, RenderModel render,
+              const OrientationSensor& sensor = {});
+
+  /// A frame that was tracked and fused: a keyframe, if none is near.
+  void remember(const PlaceView& view, const SE3& world_from_camera) { keyframes_.offer(view, world_from_camera); }
+
+  /// The place that the frame shows: none unless it passes all tests and no other place explains the frame nearly as
+  /// well. Without `place` what comes of it is how many starts were tried.
+  struct Search {
+    std::optional<FoundPlace> place;
+    int starts = 0;
+  };
+  Search find(const PlaceQuery& query) const;
+
+  /// A live pyramid beside the model rendered at the pose of its registration.
+  PlaceEvidence look(const DepthPyramid& live, const TrackingResult& result) const;
+
+  const Keyframes& keyframes() const { return keyframes_; }
+
+ private:
+  struct Candidate {
+    SE3 world_from_camera;
+    double agreement;
+  };
+  std::vector<Candidate> from_keyframes(const PlaceQuery& query, int* starts) const;
+  std::vector<SE3> starts_at(const Keyframe& keyframe, const PlaceQuery& query) const;
+  bool is_possible(const Keyframe& keyframe, const PlaceQuery& query) const;
+  void load(const Keyframe& keyframe) const;
+  FoundPlace refine(const SE3& start, const PlaceQuery& query) const;
+
+  TrackingParameters tracking_, coarse_;
+  bool has_heading_;
+  const Backend* backend_;
+  RenderModel render_;
+  Keyframes keyframes_;
+  mutable DepthPyramid keyframe_levels_;  ///< of the keyframe that is registered to; scratch
+  mutable DepthPyramid model_levels_;     ///< of the pose that is looked at; scratch
+};
+
+}  // namespace plumbline
