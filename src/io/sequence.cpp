@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <exception>
 #include <filesystem>
@@ -39,13 +38,15 @@ class FileSequence : public Sequence {
         folder_(list.folder),
         entries_(list.entries),
         read_truth_(list.read_truth),
+        read_imu_(list.read_imu),
         float_unit_(float_unit),
         min_confidence_(options.min_confidence),
-        saturated_is_invalid_(list.saturated_is_invalid),
-        bits_are_rotated_(list.bits_are_rotated),
+        reading_of_(list.reading_of),
         undistorter_(info().camera, options.undistort ? info().distortion : Distortion{}) {
-    if (list.color_camera && *list.color_camera != info().camera)
-      registration_ = ColorRegistration{info().camera, *list.color_camera, {}, {}};
+    const SE3& color_from_depth = list.color_from_depth;
+    const bool moved = !color_from_depth.rotation().isIdentity(0) || !color_from_depth.translation().isZero(0);
+    if (list.color_camera && (*list.color_camera != info().camera || moved))
+      registration_ = ColorRegistration{info().camera, *list.color_camera, {}, list.color_from_depth};
   }
 
   Frame read(int index) const override {
@@ -59,6 +60,7 @@ class FileSequence : public Sequence {
   }
 
   ImuRecording read_imu(std::vector<std::string>* notes) const override {
+    if (read_imu_) return read_imu_(notes);
     for (const char* name : {"imu.csv", "accelerometer.txt"}) {
       const std::filesystem::path file = std::filesystem::path(folder_) / name;
       if (std::error_code error; std::filesystem::is_regular_file(file, error))
@@ -72,14 +74,11 @@ class FileSequence : public Sequence {
   }
 
  private:
-  static constexpr std::uint16_t kSaturated = 65535, kNone = 0;
-
   DepthImage read_depth(const SequenceEntry& entry) const {
     DepthImage depth = read_depth_image(entry.depth, float_unit_);
     check_size(depth.width, depth.height, entry.depth);
-    if (bits_are_rotated_)
-      for (std::uint16_t& reading : depth.pixels) reading = std::rotr(reading, 3);
-    if (saturated_is_invalid_) std::replace(depth.pixels.begin(), depth.pixels.end(), kSaturated, kNone);
+    if (!reading_of_.empty())
+      for (std::uint16_t& reading : depth.pixels) reading = reading_of_[reading];
     if (!entry.confidence.empty() && min_confidence_ > 0) drop_doubtful(entry.confidence, &depth);
     return depth;
   }
@@ -89,7 +88,7 @@ class FileSequence : public Sequence {
     const ColorImage confidence = read_color_image(file);
     check_size(confidence.width, confidence.height, file);
     for (std::size_t i = 0; i < depth->pixels.size(); ++i)
-      if (confidence.pixels[3 * i] < min_confidence_) depth->pixels[i] = kNone;
+      if (confidence.pixels[3 * i] < min_confidence_) depth->pixels[i] = 0;
   }
 
   ColorImage read_color(const SequenceEntry& entry, const Frame& frame) const {
@@ -117,9 +116,10 @@ class FileSequence : public Sequence {
   std::string folder_;
   std::vector<SequenceEntry> entries_;
   std::function<Trajectory(std::vector<std::string>* notes)> read_truth_;
+  std::function<ImuRecording(std::vector<std::string>* notes)> read_imu_;
   double float_unit_;
   int min_confidence_;
-  bool saturated_is_invalid_, bits_are_rotated_;
+  std::vector<std::uint16_t> reading_of_;          ///< see SequenceList
   std::optional<ColorRegistration> registration_;  ///< of colour with its own camera
   Undistorter undistorter_;
 };
@@ -178,6 +178,8 @@ void settle_color(const ImageHeader& depth, SequenceList* list) {
   if (color.width == 0) return;
   const bool same_size = color.width == depth.width && color.height == depth.height;
   if (list->color_camera) {
+    if (list->color_camera->width == 0)
+      list->color_camera->width = color.width, list->color_camera->height = color.height;
     list->color_camera = scaled_to(*list->color_camera, color.width, color.height);
     if (list->color_camera && same_size) return;
     if (list->color_camera)
@@ -197,6 +199,8 @@ void settle_color(const ImageHeader& depth, SequenceList* list) {
 }
 
 void note_gaps(const SequenceList& list, std::vector<std::string>* notes) {
+  std::vector<Nanoseconds> times;
+  for (const SequenceEntry& entry : list.entries) times.push_back(entry.time);
   int gaps = 0;
   Nanoseconds longest = 0;
   std::size_t after = 0;
@@ -205,7 +209,8 @@ void note_gaps(const SequenceList& list, std::vector<std::string>* notes) {
     if (gap > kLongGap) ++gaps;
     if (gap > longest) longest = gap, after = i - 1;
   }
-  if (gaps > 0 && !list.stamps_are_frame_numbers)
+  // Longer ones are warned of as jumps.
+  if (gaps > 0 && !list.stamps_are_frame_numbers && longest <= jump_limit(times))
     notes->push_back(fmt::format("{} gap{} longer than 0.5 s, the longest of {:.2f} s after frame {}", gaps,
                                  gaps == 1 ? "" : "s", to_seconds(longest), after));
 }

@@ -299,6 +299,40 @@ TEST(Plausibility, StampsThatAreAllEqualLoseNoFrames) {
   EXPECT_THAT(sequence->info().warnings, warns_of("same stamp", "depth.txt"));
 }
 
+/// The warnings of six frames at these stamps.
+std::vector<Warning> warnings_at(const std::vector<std::string>& stamps) {
+  const TempFolder folder;
+  std::string list;
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    const std::string name = "depth/" + std::to_string(i) + ".png";
+    write_slope(folder / name, 7500, 640, 480);
+    list += stamps[i] + " " + name + "\n";
+  }
+  write_text(folder / "depth.txt", list);
+  return open_folder(folder)->info().warnings;
+}
+
+TEST(Plausibility, StampsThatJump) {
+  EXPECT_THAT(
+      warnings_at({"1", "1.03", "1.06", "4.56", "4.6", "4.63"}),
+      warns_of("jump 1 time by more than 1 s, at most by 3.50 s between frames 2 and 3, 0.06 s after", "Tracking"));
+  EXPECT_THAT(warnings_at({"1", "1.5", "2", "2.5", "5", "5.5"}), IsEmpty()) << "slow, and one frame lost";
+}
+
+TEST(Plausibility, StampsThatRunBackwardsOrAreDoubled) {
+  EXPECT_THAT(warnings_at({"1", "1.03", "1.06", "0.5", "0.53", "0.56"}),
+              warns_of("run backwards in 1 place (3.png is 0.56 s before", "one clock"));
+  EXPECT_THAT(warnings_at({"1", "1.03", "1.03", "1.06", "1.09", "1.12"}),
+              warns_of("1 of the 6 depth images have the stamp of an earlier one", "own time"));
+}
+
+TEST(Plausibility, StampsInAnotherUnit) {
+  EXPECT_THAT(warnings_at({"0", "33", "66", "100", "133", "166"}), warns_of("in milliseconds", "in seconds"));
+  EXPECT_THAT(warnings_at({"0", "33333", "66666", "100000", "133333", "166666"}), warns_of("in microseconds", ""));
+  EXPECT_THAT(warnings_at({"1721362630651355000", "1721362630684688000", "1721362630718021000"}),
+              warns_of("depth.txt are taken for nanoseconds, by their size", ""));
+}
+
 TEST(Plausibility, RealSequencesAddUp) {
   for (const char* name : {"tum/rgbd_dataset_freiburg1_xyz", "tum/rgbd_dataset_freiburg1_rpy_head",
                            "tum/rgbd_dataset_freiburg1_desk_9frames", "icl_nuim/office_kt3"}) {

@@ -239,6 +239,18 @@ std::string overlap_problem(const OrientationStream& stream, const Sequence& seq
                             frames_first - first);
 }
 
+std::string coverage_note(const OrientationStream& stream, const Sequence& sequence) {
+  int served = 0;
+  for (int i = 0; i < sequence.size(); ++i)
+    served += stream.lookup(sequence.time(i)).status == OrientationStatus::ok ? 1 : 0;
+  if (10 * served >= 9 * sequence.size()) return "";
+  return fmt::format(
+      "the sensor's readings lie at {} of the {} frames alone: the sensor's stamps are {}, the frames' {}", served,
+      sequence.size(),
+      seconds_text(to_seconds(stream.samples().front().time), to_seconds(stream.samples().back().time)),
+      seconds_text(to_seconds(sequence.info().first_time), to_seconds(sequence.info().last_time)));
+}
+
 RecordedOrientation recorded_orientation(const Sequence& sequence, const OrientationArguments& a) {
   const SequenceInfo& info = sequence.info();
   RecordedOrientation result;
@@ -270,6 +282,7 @@ RecordedOrientation recorded_orientation(const Sequence& sequence, const Orienta
   note_error_model(model, &result.notes);
   OrientationStream stream(with_error(model, std::move(samples)), options);
   if (const std::string problem = overlap_problem(stream, sequence); !problem.empty()) return leave_out(problem);
+  if (const std::string note = coverage_note(stream, sequence); !note.empty()) result.notes.push_back(note);
   result.stream.emplace(std::move(stream));
   result.source = fmt::format("the recording's own sensor ({})", name);
   return result;

@@ -93,6 +93,8 @@ void set_up_orientation(const OrientationArguments& arguments, ReconstructionOpt
     if (!problem.empty())
       throw Error(problem, "--orientation " + arguments.path,
                   "Give the readings of this recording, --orientation-offset, or --orientation none.");
+    const std::string note = coverage_note(*options->orientation, *options->opened);
+    if (!note.empty()) options->orientation_notes.push_back(note);
   }
   if (options->orientation) options->sensor.has_heading = options->orientation->options().convention.has_heading;
 }
