@@ -8,10 +8,10 @@
 #include <optional>
 #include <string_view>
 
-#include "io/alternating_rows.h"
 #include "io/atomic_file.h"
 #include "io/columns.h"
-#include "io/imu_columns.h"
+#include "io/imu/alternating_rows.h"
+#include "io/imu/imu_columns.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
 #include "plumbline/angles.h"

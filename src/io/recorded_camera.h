@@ -1,6 +1,7 @@
 // The camera as a recording's own files tell it.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 
@@ -15,8 +16,10 @@ std::optional<Pinhole> scaled_to(const Pinhole& camera, int width, int height);
 
 /// What a recording's files say of its depth camera.
 struct RecordedCamera {
-  CameraChoice choice;     ///< width and height 0 where they are not told
-  double depth_scale = 0;  ///< readings per metre; 0: not told
+  CameraChoice choice;                                   ///< width and height 0 where they are not told
+  double depth_scale = 0;                                ///< readings per metre; 0: not told
+  std::optional<Pinhole> color = {};                     ///< of the colour images, where it is another
+  std::optional<Eigen::Matrix3d> body_from_camera = {};  ///< of the inertial sensor
 };
 
 /// The first of the files with intrinsics that are known by name, in the folder, in its folder `intrinsic`, or one

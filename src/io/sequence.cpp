@@ -153,6 +153,27 @@ ImageHeader common_depth_header(const SequenceList& list) {
       ->first;
 }
 
+/// Files of real numbers say no unit: metres, unless most of the numbers are too large for a room.
+void check_float_unit(const SequenceList& list, std::vector<Warning>* warnings) {
+  constexpr std::size_t kLooks = 5;
+  constexpr std::uint16_t kCentimetres = 30, kMillimetres = 400;
+  std::vector<std::uint16_t> numbers;
+  for (std::size_t i = 0; i < list.entries.size(); i += list.entries.size() / kLooks + 1) try {
+      const DepthImage depth = read_depth_image(list.entries[i].depth, 1);
+      std::copy_if(depth.pixels.begin(), depth.pixels.end(), std::back_inserter(numbers), [](auto v) { return v > 0; });
+    } catch (const Error&) {  // its frame will tell
+    }
+  if (numbers.empty()) return;
+  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+  std::nth_element(numbers.begin(), middle, numbers.end());
+  if (*middle < kCentimetres) return;
+  const bool millimetres = *middle >= kMillimetres;
+  warnings->push_back({fmt::format("the files hold real numbers, {} in the median: they seem to be {} where metres are "
+                                   "expected",
+                                   *middle, millimetres ? "millimetres" : "centimetres"),
+                       fmt::format("Give --depth-scale {} if that is right.", millimetres ? 1000 : 100)});
+}
+
 void drop_color(SequenceList* list, const std::string& reason) {
   for (SequenceEntry& entry : list->entries) entry.color.clear();
   list->color_camera.reset();
@@ -254,8 +275,10 @@ void set_camera(const SequenceOptions& options, const CameraClues& clues, Sequen
   info->camera_source = choice.source;
   info->camera_is_guess = choice.is_guess;
   if (choice.is_guess)
-    info->notes.emplace_back(
-        "the camera is not known; the Kinect's default intrinsics are used, a guess which may cost accuracy");
+    info->notes.push_back(fmt::format("the camera is not known; {} are used, a guess which may cost accuracy",
+                                      clues.format_camera == "kinect" && choice.source.starts_with("the format's own")
+                                          ? "the Kinect's default intrinsics"
+                                          : "intrinsics by " + choice.source));
 }
 
 void note_confidence(const SequenceOptions& options, const SequenceList& list, std::vector<std::string>* notes) {
@@ -331,6 +354,7 @@ std::unique_ptr<Sequence> open_as_measured(const std::string& path, const Sequen
   SequenceList list = list_sequence(path, options);
   const ImageHeader depth = common_depth_header(list);
   settle_color(depth, &list);
+  if (depth.is_float && !options.depth_scale) check_float_unit(list, &list.warnings);
   SequenceInfo info = describe(path, options, list, depth);
   std::vector<Nanoseconds> times;
   for (const SequenceEntry& entry : list.entries) times.push_back(entry.time);

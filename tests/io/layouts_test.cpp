@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "io/images/png.h"
+#include "io/layout_samples.h"
 #include "io/plausibility.h"
 #include "io/prefetch.h"
 #include "io/recorded_camera.h"
@@ -24,40 +25,6 @@ using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-namespace fs = std::filesystem;
-
-constexpr int kWidth = 64, kHeight = 48;
-
-/// A slope: readings from `near` to three times as much.
-void write_slope(const fs::path& path, int near, int width = kWidth, int height = kHeight) {
-  DepthImage depth(width, height);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) depth.at(x, y) = static_cast<std::uint16_t>(near + 2 * near * x / width);
-  fs::create_directories(path.parent_path());
-  write_depth_png(path.string(), depth);
-}
-
-void write_color(const fs::path& path, std::uint8_t value, int width = kWidth, int height = kHeight) {
-  ColorImage color(width, height, 3);
-  std::fill(color.pixels.begin(), color.pixels.end(), value);
-  fs::create_directories(path.parent_path());
-  write_color_png(path.string(), color);
-}
-
-SequenceOptions small_camera() {
-  SequenceOptions options;
-  options.intrinsics = Pinhole{50, 50, 31.5f, 23.5f, 0, 0};
-  return options;
-}
-
-std::unique_ptr<Sequence> open_folder(const TempFolder& folder, const SequenceOptions& options = {}) {
-  return open_sequence(folder.path().string(), options);
-}
-
-auto warns_of(const std::string& what, const std::string& what_to_do) {
-  return Contains(AllOf(Field(&Warning::what, HasSubstr(what)), Field(&Warning::what_to_do, HasSubstr(what_to_do))));
-}
-
 // ---- StrayScanner
 
 void write_stray_scanner(const TempFolder& folder) {

@@ -314,7 +314,7 @@ TEST(SequenceCamera, OrderOfSources) {
 TEST(SequenceCamera, NamesAreAllKnown) {
   const TempFolder folder;
   const fs::path path = make_tum(folder.path() / "some");
-  EXPECT_EQ(camera_names().size(), 6u);
+  EXPECT_EQ(camera_names().size(), 7u);
   for (const std::string& name : camera_names()) {
     SequenceOptions options;
     options.camera = name;

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "io/camera.h"
-#include "io/joined_sensors.h"
+#include "io/imu/joined_sensors.h"
 #include "io/stamped_lines.h"
 #include "plumbline/error.h"
 

@@ -189,7 +189,7 @@ void fill(const SequenceOptions& options, const Images& images, const std::vecto
   if (!of(Kind::other).empty())
     list->notes.push_back(fmt::format("{} is not used, because its name says neither depth nor colour",
                                       of(Kind::other).front().filename().string()));
-  list->groundtruth = find_groundtruth(list->folder);
+  take_truth(list);
   describe_by_files(list);
   if (has_rotated_bits(*list)) {
     for (std::uint32_t value = 0; value < 65536; ++value)

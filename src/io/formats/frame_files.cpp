@@ -58,6 +58,14 @@ std::vector<int> associate(const std::vector<StampedFile>& depth, const std::vec
   return color_of;
 }
 
+/// Whether two cameras see the same pixels, to a thousandth; sizes that are not told do not count.
+bool same_pixels(const Pinhole& a, const Pinhole& b) {
+  const float limit = 1e-3f * b.fx;
+  const bool same_size = a.width == 0 || b.width == 0 || (a.width == b.width && a.height == b.height);
+  return same_size && std::abs(a.fx - b.fx) < limit && std::abs(a.fy - b.fy) < limit && std::abs(a.cx - b.cx) < limit &&
+         std::abs(a.cy - b.cy) < limit;
+}
+
 }  // namespace
 
 bool is_file(const fs::path& path) {
@@ -213,6 +221,8 @@ void take_recorded_camera(SequenceList* list) {
   const auto recorded = find_recorded_camera(list->folder);
   if (!recorded) return;
   list->camera = recorded->choice;
+  if (recorded->color && !same_pixels(*recorded->color, recorded->choice.camera)) list->color_camera = recorded->color;
+  if (recorded->body_from_camera) list->body_from_camera = recorded->body_from_camera;
   if (recorded->depth_scale <= 0) return;
   list->depth_scale = recorded->depth_scale;
   list->depth_scale_source = recorded->choice.source;

@@ -72,6 +72,10 @@ bool natural_less(const std::string& a, const std::string& b);
 /// The camera and the unit of depth that the recording's own files tell; they replace the format's.
 void take_recorded_camera(SequenceList* list);
 
+/// Poses that lie beside the listed frames: those of find_groundtruth(), else ScanNet's folder `pose` (pose/7.txt is of
+/// the depth image numbered 7), SUN3D's newest extrinsics/*.txt, or Redwood's .log (its frame k is the k-th image).
+void take_truth(SequenceList* list);
+
 /// groundtruth.txt, or ICL-NUIM's traj3.gt.freiburg; else empty.
 std::string find_groundtruth(const std::filesystem::path& folder);
 

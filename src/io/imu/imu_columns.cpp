@@ -1,4 +1,4 @@
-#include "io/imu_columns.h"
+#include "io/imu/imu_columns.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "io/joined_sensors.h"
+#include "io/imu/joined_sensors.h"
 
 #include <algorithm>
 #include <cstdlib>

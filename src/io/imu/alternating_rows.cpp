@@ -1,4 +1,4 @@
-#include "io/alternating_rows.h"
+#include "io/imu/alternating_rows.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "io/camera.h"
-#include "io/imu_columns.h"
+#include "io/imu/imu_columns.h"
 #include "io/text_file.h"
 
 namespace plumbline {
