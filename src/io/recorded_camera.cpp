@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "io/atomic_file.h"
 #include "io/text_file.h"
 #include "plumbline/error.h"
 
@@ -277,6 +278,18 @@ std::optional<Pinhole> scaled_to(const Pinhole& camera, int width, int height) {
                  width,
                  height};
   return scaled;
+}
+
+void write_camera_json(const std::string& folder, const Pinhole& camera, double depth_scale,
+                       const std::optional<Eigen::Matrix3d>& body_from_camera) {
+  std::string text =
+      fmt::format("{{\"width\": {}, \"height\": {}, \"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {}, \"scale\": {}",
+                  camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, depth_scale);
+  if (body_from_camera) {
+    const Eigen::Quaterniond q(*body_from_camera);
+    text += fmt::format(", \"body_from_camera\": [{:.12g}, {:.12g}, {:.12g}, {:.12g}]", q.x(), q.y(), q.z(), q.w());
+  }
+  write_file((fs::path(folder) / "camera.json").string(), text + "}\n");
 }
 
 Pinhole read_matrix_file(const std::string& path) {

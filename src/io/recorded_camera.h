@@ -34,6 +34,11 @@ RecordedCamera read_info_camera(const std::string& path);  ///< `m_calibrationDe
 RecordedCamera read_text_camera(const std::string& path);  ///< 3×3, 4×4, or fx fy cx cy
 RecordedCamera read_yaml_camera(const std::string& path);  ///< `Camera.fx: 525`, `DepthMapFactor: 5000`, …
 
+/// Writes camera.json, which find_recorded_camera() reads: the depth camera, readings per metre, and how the inertial
+/// sensor sits on it where that is known. Throws Error if the file cannot be written.
+void write_camera_json(const std::string& folder, const Pinhole& camera, double depth_scale,
+                       const std::optional<Eigen::Matrix3d>& body_from_camera = {});
+
 /// fx 0 cx, 0 fy cy, 0 0 1 (or 4×4), numbers between blanks or commas, with or without brackets. Width and height stay
 /// 0. Throws Error for other matrices.
 Pinhole read_matrix_file(const std::string& path);

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "io/layout_samples.h"
+#include "io/recorded_camera.h"
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
 #include "support/temp_folder.h"
@@ -42,6 +43,30 @@ void expect_truth(const Sequence& sequence, double step, int first = 0) {
     EXPECT_EQ(pose.time, sequence.time(i));
     EXPECT_NEAR(pose.world_from_camera.translation().x(), step * (first + i), 1e-9);
   }
+}
+
+// ---- What `simulate`, `record` and `convert` write
+
+TEST(CameraJson, NothingIsGuessedOfAFolderThatHasIt) {
+  const TempFolder folder;
+  std::string list;
+  for (int i = 0; i < 3; ++i) {
+    write_slope(folder / fmt::format("depth/{}.png", i), 1001);
+    list += fmt::format("1.{} depth/{}.png\n", i, i);
+  }
+  write_text(folder / "depth.txt", list);
+  const Eigen::Matrix3d body_from_camera = (Eigen::Matrix3d() << 0, -1, 0, -1, 0, 0, 0, 0, -1).finished();
+  write_camera_json(folder.path().string(), {50.25f, 51, 31, 23, kWidth, kHeight}, 1000, body_from_camera);
+  const SequenceInfo info = open_folder(folder)->info();
+  EXPECT_EQ(info.camera, (Pinhole{50.25f, 51, 31, 23, kWidth, kHeight}));
+  EXPECT_EQ(info.depth_scale, 1000);
+  EXPECT_FALSE(info.camera_is_guess || info.depth_scale_is_guess);
+  ASSERT_TRUE(info.body_from_camera);
+  EXPECT_TRUE(info.body_from_camera->isApprox(body_from_camera, 1e-9));
+  EXPECT_THAT(info.warnings, IsEmpty());
+  write_text(folder / "camera.json",
+             "{\"fx\": 50, \"fy\": 50, \"cx\": 31, \"cy\": 23, \"body_from_camera\": [1, 1, 0, 0]}");
+  EXPECT_THAT(error_of([&] { open_folder(folder); }), HasSubstr("no unit quaternion"));
 }
 
 // ---- Data sets with one file a frame
