@@ -16,7 +16,7 @@ constexpr std::array<Entry, 10> kEntries = {{
     {".oni", "an OpenNI recording (.oni)", "export its depth as 16-bit PNG files, for example with oni2png"},
     {".klg", "a Kintinuous or ElasticFusion log (.klg)",
      "unpack and export it as 16-bit PNG files, depth in millimetres"},
-    {".r3d", "a Record3D recording (.r3d)",
+    {".r3d", "a Record3D recording (.r3d, whose depth is packed by LZFSE)",
      "export it in the app as 'EXR + RGB' or 'PNG sequence', and give that folder"},
     {".xef", "a Kinect Studio recording (.xef)", "export its depth as 16-bit PNG files with KinectXEFTools"},
     {".xrf", "a Kinect Studio recording (.xrf)", "export its depth as 16-bit PNG files"},

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <utility>
 
@@ -126,20 +127,26 @@ std::string sensor_of(const SequenceInfo& info) {
 
 std::string seconds_text(double first, double final) { return fmt::format("{:.3f} to {:.3f} s", first, final); }
 
-/// The unit that the sensor's stamps seem to be in, if with it they would lie at the frames.
+/// The unit that the sensor's stamps seem to be in: with it they would lie at the frames, or, counted from another
+/// moment, span about as long as these.
 std::string unit_hint(double first, double final, double frames_first, double frames_final) {
   struct Unit {
     double factor;
     const char* text;
   };
-  for (const Unit& unit : {Unit{1e-3, "milliseconds where seconds are expected"},
-                           {1e-6, "microseconds where seconds are expected"},
-                           {1e-9, "nanoseconds where seconds are expected"},
-                           {1e3, "seconds, and the frames' in milliseconds"},
-                           {1e6, "seconds, and the frames' in microseconds"},
-                           {1e9, "seconds, and the frames' in nanoseconds"}})
+  constexpr std::array kUnits = {
+      Unit{1e-3, "milliseconds where seconds are expected"}, Unit{1e-6, "microseconds where seconds are expected"},
+      Unit{1e-9, "nanoseconds where seconds are expected"},  Unit{1e3, "seconds, and the frames' in milliseconds"},
+      Unit{1e6, "seconds, and the frames' in microseconds"}, Unit{1e9, "seconds, and the frames' in nanoseconds"}};
+  for (const Unit& unit : kUnits)
     if (first * unit.factor <= frames_final && final * unit.factor >= frames_first)
       return fmt::format("the sensor's stamps seem to be in {}", unit.text);
+  constexpr double kAlike = 10;  // a sensor that was started or ended at another time
+  const double ratio = (final - first) / (frames_final - frames_first);
+  for (const Unit& unit : kUnits)
+    if (ratio * unit.factor < kAlike && ratio * unit.factor > 1 / kAlike && (ratio > 100 || ratio < 0.01))
+      return fmt::format("by their span the sensor's stamps seem to be in {}, and to count from another moment",
+                         unit.text);
   return "";
 }
 

@@ -29,7 +29,10 @@ DepthImage readings_of(const Image<float>& values, double unit) {
 }  // namespace
 
 ImageHeader read_image_header(const std::string& path) {
-  const std::string bytes = read_file(path);
+  constexpr std::size_t kBeginning = 64 << 10;
+  std::string bytes = read_beginning(path, kBeginning);
+  // A TIFF's directory, an EXR's table and a JPEG's size may stand further back.
+  if (is_tiff(bytes) || is_exr(bytes) || is_jpeg(bytes)) bytes = read_file(path);
   if (is_png(bytes)) return read_png_header(bytes, path);
   if (is_jpeg(bytes)) return read_jpeg_header(bytes, path);
   if (is_tiff(bytes)) return read_tiff_header(bytes, path);
