@@ -54,7 +54,7 @@ AppFrame read_frame(const std::string& path) {
 
 std::string existing(const fs::path& path) { return is_file(path) ? path.string() : std::string(); }
 
-/// Frames whose depth image has a file of its own time and camera. Those without are counted.
+/// Frames with a depth image and the JSON file of their time and camera. Depth images without that file are counted.
 std::vector<AppFrame> frames_of(const SequenceOptions& options, const fs::path& folder, int* without) {
   std::vector<AppFrame> frames;
   for (const fs::directory_entry& entry : entries_of(folder)) {
@@ -84,7 +84,7 @@ Pinhole middle_camera(std::vector<AppFrame> frames, std::vector<std::string>* no
   const double spread = static_cast<double>((frames.back().camera.fx - frames.front().camera.fx) / camera.fx);
   if (spread > 1e-4)
     notes->push_back(
-        fmt::format("each frame has intrinsics of its own, which differ by {:.2f} %; those in the middle "
+        fmt::format("the frames' intrinsics differ by {:.2f} %, with the focus; those in the middle "
                     "serve for all",
                     100 * spread));
   return camera;

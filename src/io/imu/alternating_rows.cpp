@@ -196,7 +196,7 @@ void JoinedRows::join_empty_cells() {
     text_.push_back(fmt::format("{}", fmt::join(fields, ",")));
   }
   note_ = fmt::format(
-      "gyroscope and accelerometer have rows of their own, with empty cells for the other: {} and {} rows "
+      "gyroscope and accelerometer stand in rows apart, with empty cells for the other: {} and {} rows "
       "were joined",
       turns.size(), forces.size());
 }
