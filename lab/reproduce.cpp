@@ -144,8 +144,9 @@ Run run_of(const ReproduceOptions& options, const DatasetSource& source, const S
   if (source.stride != 1) append({"--stride", std::to_string(source.stride)});
   append(volume_arguments(setup.preset));
   for (const std::string& setting : setup.settings) append({"--set", setting});
-  if (setup.sensor != "none")
-    append(sensor_arguments({(fs::path(source.folder) / "groundtruth.txt").string(), setup.sensor, seed}));
+  const std::string truth = (fs::path(source.folder) / "groundtruth.txt").string();
+  append(setup.sensor == "none" ? std::vector<std::string>{"--orientation", "none"}
+                                : sensor_arguments({truth, setup.sensor, seed}));
   return run;
 }
 

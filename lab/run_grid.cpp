@@ -71,7 +71,7 @@ Choices sensor_choices(const Grid& grid, const fs::path& sequence) {
   Choices choices;
   for (const std::string& file : grid.orientations) {
     if (file == "none") {
-      choices.push_back({});
+      choices.push_back({"", {"--orientation", "none"}});  // nor the sensor that the recording may hold
       continue;
     }
     for (const std::string& model : grid.imu_models)

@@ -90,14 +90,11 @@ struct OrientationParameters {
 };
 
 struct MotionParameters {
+  bool steady = true;
   bool gyroscope = true;
   bool accelerometer = true;
-  bool steady = false;
   double correlation_time = 1.5;
-  double offset_sigma = 0.03;
   double acceleration_sigma = 0.05;
-  double steady_turn_sigma = 0.3;
-  double steady_speed_sigma = 1.5;
 };
 
 struct VolumeParameters {
@@ -215,19 +212,12 @@ void orientation_fields(P& p, Visitor&& v) {
 
 template <class P, class Visitor>
 void motion_fields(P& p, Visitor&& v) {
-  v("gyroscope", p.gyroscope, "", "predict each frame from the readings of a gyroscope, where there is one", Range{});
+  v("steady", p.steady, "", "without a sensor, predict each frame by a filter that expects steady motion", Range{});
+  v("gyroscope", p.gyroscope, "", "where there is a gyroscope, predict each frame from its readings", Range{});
   v("accelerometer", p.accelerometer, "", "and from those of its accelerometer", Range{});
-  v("steady", p.steady, "", "without readings, predict by the same filter that motion goes on steadily", Range{});
   v("correlation_time", p.correlation_time, "s",
-    "over which the errors of successive registrations are alike: divides the images' information in the filter",
-    Range{0, 100});
-  v("offset_sigma", p.offset_sigma, "s", "how far the sensor's clock may be off at the start; it is estimated",
-    Range{0, 1});
+    "over which successive registrations err alike: divides the images' information beside a gyroscope", Range{0, 100});
   v("acceleration_sigma", p.acceleration_sigma, "m/s/sqrt(s)", "random walk of the velocity beside the accelerometer",
-    Range{1e-4, 100});
-  v("steady_turn_sigma", p.steady_turn_sigma, "rad/sqrt(s)", "random walk of the rotation without readings",
-    Range{1e-4, 100});
-  v("steady_speed_sigma", p.steady_speed_sigma, "m/s/sqrt(s)", "random walk of the velocity without an accelerometer",
     Range{1e-4, 100});
 }
 

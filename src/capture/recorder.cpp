@@ -17,6 +17,7 @@
 #include "io/append_file.h"
 #include "io/atomic_file.h"
 #include "io/images/png.h"
+#include "io/recorded_camera.h"
 #include "plumbline/error.h"
 #include "plumbline/time.h"
 
@@ -35,11 +36,6 @@ std::string make_ballast(const fs::path& folder) {
   file.write(std::string(kBallast, '\0'));
   file.commit();
   return path;
-}
-
-void write_intrinsics(const fs::path& folder, const Pinhole& k) {
-  write_file((folder / "camera-intrinsics.txt").string(),
-             fmt::format("{} 0 {}\n0 {} {}\n0 0 1\n", k.fx, k.cx, k.fy, k.cy));
 }
 
 }  // namespace
@@ -188,7 +184,7 @@ Recorder::Recorder(const RecorderOptions& options) : options_(options), unix_off
   ballast_ = make_ballast(folder);
   if (options.orientation) readings_ = std::make_unique<Readings>(folder, options.raw);
   if (options.camera) {
-    write_intrinsics(folder, *options.camera);
+    write_camera_json(options.folder, *options.camera, kTumScale, options.body_from_camera);
     depth_ = std::make_unique<ImageStream>(
         folder, "depth", "depth.txt",
         [scale = options.depth_scale](const std::string& path, const CapturedFrame& frame) {

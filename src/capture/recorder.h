@@ -1,6 +1,7 @@
 // A recording on disk: a TUM folder that is good at every moment, up to the final second.
 #pragma once
 
+#include <Eigen/Core>
 #include <condition_variable>
 #include <exception>
 #include <memory>
@@ -20,6 +21,7 @@ struct RecorderOptions {
   std::string folder;             ///< created if missing; must hold no recording yet
   std::optional<Pinhole> camera;  ///< empty: no images
   double depth_scale = 1000;      ///< of the frames, readings per metre; written as TUM's 5000
+  std::optional<Eigen::Matrix3d> body_from_camera = {};  ///< of the orientation sensor; empty: not known
   bool color = false;             ///< frames have colour
   bool orientation = false;       ///< there is an orientation sensor
   bool raw = false;               ///< and it delivers its raw readings
@@ -42,7 +44,7 @@ struct RecorderStatus {
 /// `finish` throw it.
 class Recorder {
  public:
-  /// Writes camera-intrinsics.txt. Throws Error if the folder cannot be written to or holds a recording.
+  /// Writes camera.json, which says all of the camera that the folder is opened with. Throws Error if the folder cannot be written to or holds a recording.
   explicit Recorder(const RecorderOptions& options);
   /// Without finish(): keeps what is there, ignoring errors.
   ~Recorder();

@@ -31,6 +31,7 @@ Parameters kinectfusion() {
   p.orientation.seed = OrientationSeed::none;
   p.orientation.term = OrientationTerm::none;
   p.orientation.search = 0;
+  p.motion.steady = false;
   p.motion.gyroscope = false;
   p.volume.side = 3;
   p.volume.offset = -0.1;

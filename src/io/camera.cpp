@@ -22,20 +22,26 @@ struct NamedCamera {
   Distortion distortion;
 };
 
-/// The published calibrations of 640×480 cameras. freiburg*: the colour cameras' of
-/// https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats, whose frame the depth images are registered to;
-/// freiburg3's images come without distortion. ICL-NUIM's y axis points up, hence the negative fy.
-const std::array<NamedCamera, 6> kCameras = {{
+/// The published calibrations of 640×480 cameras. bonn: https://www.ipb.uni-bonn.de/data/rgbd-dynamic-dataset.
+/// freiburg*: the colour cameras' of https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats, whose frame the
+/// depth images are registered to; freiburg3's images come without distortion. ICL-NUIM's y axis points up, hence the
+/// negative fy.
+const std::array<NamedCamera, 7> kCameras = {{
     {"fr1", "TUM freiburg1", {517.3f, 516.5f, 318.6f, 255.3f, 640, 480}, {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}},
     {"fr2", "TUM freiburg2", {520.9f, 521.0f, 325.1f, 249.7f, 640, 480}, {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}},
     {"fr3", "TUM freiburg3", {535.4f, 539.2f, 320.1f, 247.6f, 640, 480}, {}},
+    {"bonn",
+     "Bonn RGB-D Dynamic",
+     {542.822841f, 542.576870f, 315.593520f, 237.756098f, 640, 480},
+     {0.039903, -0.099343, -0.000730, -0.000144, 0}},
     {"icl", "ICL-NUIM", {481.20f, -480.00f, 319.5f, 239.5f, 640, 480}, {}},
     {"7scenes", "7-Scenes", {585.0f, 585.0f, 320.0f, 240.0f, 640, 480}, {}},
     {"kinect", "Kinect, the ROS default", {525.0f, 525.0f, 319.5f, 239.5f, 640, 480}, {}},
 }};
 
 constexpr const char* kCameraAdvice =
-    "give the intrinsics (fx, fy, cx, cy in pixels), name a camera (fr1, fr2, fr3, icl, 7scenes, kinect), or put the "
+    "give the intrinsics (fx, fy, cx, cy in pixels), name a camera (fr1, fr2, fr3, bonn, icl, 7scenes, kinect), or put "
+    "the "
     "3x3 matrix into camera-intrinsics.txt in the folder";
 
 const NamedCamera* find_camera(std::string name) {
@@ -83,6 +89,10 @@ std::optional<CameraChoice> camera_by_folder_name(const std::string& folder) {
       if (lower(name).find(full) == std::string::npos && !contains_word(lower(name), brief)) continue;
       return choice_of(*find_camera(brief), fmt::format("freiburg{} in the folder's name '{}'", number, name));
     }
+    if (!contains_word(lower(name), "bonn")) continue;
+    CameraChoice choice = choice_of(*find_camera("bonn"), fmt::format("'bonn' in the folder's name '{}'", name));
+    choice.is_guess = true;
+    return choice;
   }
   return std::nullopt;
 }

@@ -10,6 +10,8 @@
 
 #include "io/atomic_file.h"
 #include "io/columns.h"
+#include "io/imu/alternating_rows.h"
+#include "io/imu/imu_columns.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
 #include "plumbline/angles.h"
@@ -23,8 +25,6 @@ namespace {
 constexpr const char* kAdvice =
     "write each sample as: timestamp,gyro_x,gyro_y,gyro_z,accelerometer_x,accelerometer_y,accelerometer_z (seconds, "
     "rad/s, m/s^2; other units in square brackets after the name)";
-
-enum Sensor { kGyroscope, kAccelerometer, kMagnetometer, kSensors };
 
 /// Where in a line the readings stand, and by what to multiply them for rad/s, m/s² and µT.
 struct Layout {
@@ -66,48 +66,15 @@ constexpr std::array kUnits = {
                         {"g0", kGravity}},
     std::array<Unit, 8>{
         Unit{"ut", 1}, {"µt", 1}, {"mt", 1e3}, {"t", 1e6}, {"g", 100}, {"gauss", 100}, {"nt", 1e-3}, {"μt", 1}}};
-/// Units that stand behind a name without brackets, as in gyro_x_dps.
-constexpr std::array<std::string_view, 14> kUnitEndings = {"_rad/s", "_deg/s", "_rad_s", "_deg_s", "_rads",
-                                                           "_degs",  "_dps",   "_m/s2",  "_m_s2",  "_mps2",
-                                                           "_ms2",   "_mg",    "_g",     "_ut"};
 constexpr std::array<std::string_view, kSensors> kSensorNames = {"gyroscope", "accelerometer", "magnetometer"};
 
-double unit_factor(Sensor sensor, std::string unit, const TextFile& file) {
+double unit_factor(ImuSensor sensor, std::string unit, const TextFile& file) {
   std::erase_if(unit, [](char c) { return c == ' ' || c == '^' || c == '*'; });
   if (unit.empty()) return 1;
   for (const Unit& known : kUnits[sensor])
     if (unit == known.name) return known.factor;
   throw Error(fmt::format("the unit [{}] of the {} is not known", unit, kSensorNames[sensor]), file.path(),
               "give rad/s or deg/s, m/s^2 or g, uT or G");
-}
-
-/// Whose component a column is, and which one, 0…2.
-std::optional<std::pair<Sensor, int>> component_of(const std::string& name) {
-  if (name.empty() || name.back() < 'x' || name.back() > 'z') return std::nullopt;
-  std::string stem;
-  for (const char c : std::string_view(name).substr(0, name.size() - 1))
-    if (c != '_' && c != '.' && c != '/' && c != '-' && c != ' ') stem += c;
-  const auto has = [&](std::string_view part) { return stem.find(part) != std::string::npos; };
-  const int axis = name.back() - 'x';
-  if (has("bias") || has("cov")) return std::nullopt;
-  if (has("user") || has("gravity")) return std::nullopt;  // what phones make of their accelerometer's readings
-  if (has("gyr") || has("angularvel") || has("angularrate") || has("rotationrate") || has("omega") || stem == "g" ||
-      stem == "alpha" || stem == "w" || stem == "wrss")
-    return std::pair(kGyroscope, axis);
-  if (has("acc") || has("specificforce") || stem == "a" || stem == "arss") return std::pair(kAccelerometer, axis);
-  if (has("mag") || stem == "m") return std::pair(kMagnetometer, axis);
-  return std::nullopt;
-}
-
-/// A unit at the end of a name, put where those in brackets are.
-ColumnName with_unit_apart(ColumnName column) {
-  for (const std::string_view ending : kUnitEndings) {
-    if (!column.unit.empty() || column.name.size() <= ending.size() || !column.name.ends_with(ending)) continue;
-    ColumnName apart{column.name.substr(0, column.name.size() - ending.size()), std::string(ending.substr(1))};
-    std::replace(apart.unit.begin(), apart.unit.end(), '_', '/');
-    if (component_of(apart.name)) return apart;
-  }
-  return column;
 }
 
 /// "time_ms" and "timestamp_ns" tell the unit of the stamps.
@@ -134,7 +101,7 @@ bool columns_by_name(std::vector<ColumnName> names, const TextFile& file, Layout
     int& index = at[component->first][static_cast<std::size_t>(component->second)];
     if (index < 0) index = static_cast<int>(i);
   }
-  for (const Sensor sensor : {kGyroscope, kAccelerometer, kMagnetometer}) {
+  for (const ImuSensor sensor : {kGyroscope, kAccelerometer, kMagnetometer}) {
     const auto& axes = at[sensor];
     if (std::count(axes.begin(), axes.end(), -1) > 0) continue;
     Layout::Triple triple;
@@ -401,26 +368,50 @@ double fastest_rate(const std::vector<ImuSample>& samples) {
   return fastest;
 }
 
+/// A unit of turn rates that is in use, by what one rad/s reads in it.
+struct RateUnit {
+  double per_radian;
+  const char* words;
+};
+constexpr std::array kRateUnits = {
+    RateUnit{1, ""},
+    RateUnit{1 / kRadiansPerDegree, "deg/s"},
+    RateUnit{16.0 / kRadiansPerDegree, "counts of 16 a deg/s, as of a chip of ±2000 deg/s"},
+    RateUnit{32.8 / kRadiansPerDegree, "counts of 32.8 a deg/s, as of a chip of ±1000 deg/s"},
+    RateUnit{65.5 / kRadiansPerDegree, "counts of 65.5 a deg/s, as of a chip of ±500 deg/s"},
+    RateUnit{131 / kRadiansPerDegree, "counts of 131 a deg/s, as of a chip of ±250 deg/s"}};
+
+/// The unit in which the rates turn gravity as it turns; null if in none.
+const RateUnit* unit_by_scale(double scale) {
+  for (const RateUnit& unit : kRateUnits) {
+    const double ratio = scale * unit.per_radian, wide = unit.per_radian < 100 ? 3 : 1.4;  // counts differ by two
+    if (ratio > 1 / wide && ratio < wide) return &unit;
+  }
+  return nullptr;
+}
+
 /// Of readings without a unit: gravity's direction decides where it turns enough, else whether a hand could turn so
 /// fast.
 void find_rate_unit(std::optional<double> scale, std::vector<ImuSample>* samples, std::vector<std::string>* notes) {
   constexpr double kFast = 10;      // rad/s: 570°/s
   constexpr double kCounts = 3000;  // of any unit, above what a chip can measure
   const double fastest = fastest_rate(*samples);
-  const bool turns_as_degrees = scale && *scale > 0.3 * kRadiansPerDegree && *scale < 3 * kRadiansPerDegree;
-  if (turns_as_degrees) {
-    add_note(notes, "the gyroscope names no unit; gravity's direction turns as in deg/s, which was taken");
-  } else if (fastest > kCounts) {
+  const RateUnit* unit = scale ? unit_by_scale(*scale) : nullptr;
+  if (unit != nullptr && unit->per_radian != 1) {
+    add_note(notes, fmt::format("the gyroscope names no unit; gravity's direction turns as in {}, which was taken",
+                                unit->words));
+  } else if (unit == nullptr && fastest > kCounts) {
     return add_note(notes,
                     fmt::format("the gyroscope reads up to {:.3g} and names no unit: neither rad/s nor deg/s can "
                                 "be; rad/s was taken",
                                 fastest));
   } else if (!scale && fastest >= kFast) {
+    unit = &kRateUnits[1];
     add_note(notes, fmt::format("the gyroscope reads up to {:.3g} and names no unit: taken for deg/s", fastest));
   } else {
     return;
   }
-  for (ImuSample& sample : *samples) sample.angular_rate *= kRadiansPerDegree;
+  for (ImuSample& sample : *samples) sample.angular_rate /= unit->per_radian;
 }
 
 /// Readings against each other: what the numbers alone could not tell.
@@ -447,8 +438,10 @@ void check_rates(const Layout& layout, std::vector<ImuSample>* samples, std::vec
 
 ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) {
   const TextFile file(path);
-  const Table table = read_table(file);
+  const JoinedRows joined(read_table(file));
+  const Table& table = joined.table();
   if (table.rows.empty()) throw Error("has no readings of an inertial sensor", path, kAdvice);
+  if (!joined.note().empty()) add_note(notes, joined.note());
   Layout layout = find_layout(file, table, notes);
   if (!layout.reference) check_order(table.rows, &layout, notes);
   find_force_unit(file, table.rows, &layout, notes);
@@ -488,6 +481,7 @@ bool is_imu_file(const std::string& path) {
   const TextFile file(path);
   const Table table = read_table(file);
   if (table.rows.empty()) return false;
+  if (names_sensors_in_rows(table)) return true;
   Layout layout;
   layout.fields = table_fields(table.rows.front().text).size();
   if (is_broad(table, layout)) return true;

@@ -67,6 +67,20 @@ std::optional<Columns> columns_by_number(std::size_t fields, bool nanoseconds) {
   return std::nullopt;
 }
 
+/// Radians of one unit of the angles: by the unit's name, else by the largest. The BNO055's registers count sixteenths
+/// of a degree.
+double unit_of_angles(const std::string& unit, const EulerColumns& euler, const std::vector<TextLine>& rows) {
+  constexpr double kFullTurn = 6.3, kTwoTurns = 720, kCounts = 16;
+  if (!unit.empty()) return unit.starts_with("deg") || unit == "°" ? kRadiansPerDegree : 1;
+  double largest = 0;
+  for (const TextLine& row : rows) {
+    const auto fields = table_fields(row.text);
+    for (const std::size_t i : {euler.heading, euler.roll, euler.pitch})
+      if (i < fields.size()) largest = std::max(largest, std::abs(parse_double(fields[i]).value_or(0)));
+  }
+  return largest > kTwoTurns ? kRadiansPerDegree / kCounts : largest > kFullTurn ? kRadiansPerDegree : 1;
+}
+
 /// Columns named heading or yaw, roll and pitch, in degrees where the unit or the readings say so.
 std::optional<EulerColumns> euler_by_name(const std::vector<ColumnName>& names, const std::vector<TextLine>& rows) {
   EulerColumns euler;
@@ -88,15 +102,7 @@ std::optional<EulerColumns> euler_by_name(const std::vector<ColumnName>& names, 
     unit = names[i].unit;
   }
   if (found != 7) return std::nullopt;
-  constexpr double kFullTurn = 6.3;
-  bool degrees = unit.starts_with("deg") || unit == "°";
-  for (const TextLine& row : rows) {
-    const auto fields = table_fields(row.text);
-    for (const std::size_t i : {euler.heading, euler.roll, euler.pitch})
-      degrees =
-          degrees || (unit.empty() && i < fields.size() && std::abs(parse_double(fields[i]).value_or(0)) > kFullTurn);
-  }
-  euler.radians = degrees ? kRadiansPerDegree : 1;
+  euler.radians = unit_of_angles(unit, euler, rows);
   return euler;
 }
 
@@ -110,7 +116,10 @@ Eigen::Quaterniond quaternion_of(const EulerColumns& euler, double heading, doub
 }
 
 void note_euler(const EulerColumns& euler, std::vector<std::string>* notes) {
-  add_note(notes, fmt::format("angles in {}: {}, in that order, a guess", euler.radians == 1 ? "radians" : "degrees",
+  add_note(notes, fmt::format("angles in {}: {}, in that order, a guess",
+                              euler.radians == 1                   ? "radians"
+                              : euler.radians == kRadiansPerDegree ? "degrees"
+                                                                   : "sixteenths of a degree, the BNO055's raw counts",
                               euler.clockwise
                                   ? "heading clockwise about z, roll about y, pitch about x, as the BNO055 gives them"
                                   : "yaw about z, pitch about y, roll about x"));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "io/stamped_lines.h"
 #include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
@@ -115,6 +116,47 @@ void check_camera(const SequenceInfo& info, std::vector<Warning>* warnings) {
   check_field_of_view(k, values, warnings);
 }
 
+/// The unit in which `interval` would be that of a camera's frames, if it is not one in seconds.
+const char* likely_unit(double interval) {
+  constexpr double kShortest = 1.0 / 500, kLongest = 5;
+  for (const int decimals : {0, 3, 6, 9})
+    if (const double seconds = interval * std::pow(10, -decimals); seconds >= kShortest && seconds <= kLongest)
+      return decimals == 0 ? "" : unit_of_decimals(decimals);
+  return "another unit";
+}
+
+void check_jumps(const std::vector<Nanoseconds>& times, std::vector<Warning>* warnings) {
+  const Nanoseconds limit = jump_limit(times);
+  int jumps = 0;
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    const Nanoseconds gap = times[i] - times[i - 1];
+    if (gap > limit) ++jumps;
+    if (longest == 0 || gap > times[longest] - times[longest - 1]) longest = i;
+  }
+  if (jumps == 0) return;
+  warnings->push_back(
+      {fmt::format("the stamps jump {} time{} by more than {:.2g} s, at most by {:.2f} s between frames {} "
+                   "and {}, {:.2f} s after the start",
+                   jumps, jumps == 1 ? "" : "s", to_seconds(limit), to_seconds(times[longest] - times[longest - 1]),
+                   longest - 1, longest, to_seconds(times[longest - 1] - times[0])),
+       "Tracking may lose its way there: leave out what lies before or after it, or check that frames are "
+       "not missing."});
+}
+
+void check_times(const Sequence& sequence, std::vector<Warning>* warnings) {
+  std::vector<Nanoseconds> times;
+  for (int i = 0; i < sequence.size(); ++i) times.push_back(sequence.time(i));
+  if (times.size() < 3) return;
+  const double interval = to_seconds(usual_interval(times));
+  const std::string unit = likely_unit(interval);
+  if (unit.empty()) return check_jumps(times, warnings);
+  warnings->push_back({fmt::format("the frames are {:.3g} s apart in the median: their stamps seem to be in {} where "
+                                   "seconds are expected",
+                                   interval, unit),
+                       "Write the stamps in seconds; a sensor's readings and colour are looked up by them."});
+}
+
 double quantile(const std::vector<std::uint32_t>& counts, double count, double share) {
   double below = 0;
   for (std::size_t reading = 1; reading < counts.size(); ++reading) {
@@ -185,12 +227,27 @@ std::optional<std::string> other_order(const Pinhole& camera) {
   return std::nullopt;
 }
 
+Nanoseconds usual_interval(const std::vector<Nanoseconds>& times) {
+  std::vector<Nanoseconds> intervals;
+  for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
+  if (intervals.empty()) return 0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+Nanoseconds jump_limit(const std::vector<Nanoseconds>& times) {
+  constexpr Nanoseconds kIntervals = 15;
+  return std::max(kNanosecondsPerSecond, kIntervals * usual_interval(times));
+}
+
 std::vector<Warning> check_plausibility(const Sequence& sequence) {
   std::vector<Warning> warnings;
   const DepthFigures figures = depth_figures(sequence);
   if (figures.frames > 0) check_holes(figures, &warnings);
   if (figures.share > 0) check_scale(sequence.info(), figures, &warnings);
   check_camera(sequence.info(), &warnings);
+  check_times(sequence, &warnings);
   return warnings;
 }
 

@@ -25,7 +25,13 @@ std::vector<double> plausible_scales(const DepthFigures& figures, double depth_s
 /// In words, if the numbers make more sense in another order, such as fx, cx, fy, cy.
 std::optional<std::string> other_order(const Pinhole& camera);
 
-/// What does not add up in depth, scale and camera. Frames that cannot be read say nothing here.
+/// The median of the intervals between ascending stamps; 0 for fewer than two.
+Nanoseconds usual_interval(const std::vector<Nanoseconds>& times);
+
+/// A gap beyond this is a jump: a second, and fifteen of the usual intervals.
+Nanoseconds jump_limit(const std::vector<Nanoseconds>& times);
+
+/// What does not add up in depth, scale, camera and stamps. Frames that cannot be read say nothing here.
 std::vector<Warning> check_plausibility(const Sequence& sequence);
 
 }  // namespace plumbline

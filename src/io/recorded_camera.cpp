@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "io/atomic_file.h"
 #include "io/text_file.h"
 #include "plumbline/error.h"
 
@@ -81,6 +83,16 @@ RecordedCamera from_json_matrix(json values, double width, double height, const 
   return made(m[0], m[4], columns ? m[6] : m[2], columns ? m[7] : m[5], width, height, path);
 }
 
+/// A unit quaternion x y z w.
+Eigen::Matrix3d mounting_in(const json& values, const std::string& path) {
+  Eigen::Vector4d q = Eigen::Vector4d::Zero();
+  if (values.is_array() && values.size() == 4)
+    for (std::size_t i = 0; i < 4; ++i) q[static_cast<int>(i)] = values.at(i).get<double>();
+  if (!(std::abs(q.norm() - 1) < 1e-2))
+    throw Error("its body_from_camera is no unit quaternion", path, "write it as [qx, qy, qz, qw]");
+  return Eigen::Quaterniond(q).normalized().toRotationMatrix();
+}
+
 RecordedCamera parse_json_camera(const json& root, const std::string& path) {
   const json& object = root.contains("camera") && root.at("camera").is_object() ? root.at("camera") : root;
   const double width = number_in(object, {"width", "w", "W", "image_width"});
@@ -100,6 +112,7 @@ RecordedCamera parse_json_camera(const json& root, const std::string& path) {
                   width > 0 ? width : number_in(k, {"width", "w"}), height > 0 ? height : number_in(k, {"height", "h"}),
                   path);
   }
+  if (object.contains("body_from_camera")) result.body_from_camera = mounting_in(object.at("body_from_camera"), path);
   const double scale = number_in(object, {"scale", "depth_scale", "png_depth_scale", "depth_factor"});
   // RealSense writes metres a reading, the others readings a metre.
   result.depth_scale = scale > 0 && scale < 0.1 ? 1 / scale : scale > 10 ? scale : 0;
@@ -135,13 +148,24 @@ constexpr std::array kKnownFiles = {
     KnownFile{"camera.json", read_json_camera},
 };
 
+/// intrinsic_color.txt for intrinsic_depth.txt; other names stay as they are.
+std::string color_name(std::string name) {
+  const std::size_t at = name.find("_depth.txt");
+  return at == std::string::npos ? name : name.replace(at, 6, "_color");
+}
+
 /// camera-intrinsics.txt in the folder itself is choose_camera's.
 std::optional<RecordedCamera> camera_in(const fs::path& folder, bool is_parent) {
   std::error_code error;
   for (const KnownFile& file : kKnownFiles)
     if ((is_parent || file.name != std::string_view("camera-intrinsics.txt")) &&
-        fs::is_regular_file(folder / file.name, error))
-      return file.read((folder / file.name).string());
+        fs::is_regular_file(folder / file.name, error)) {
+      RecordedCamera found = file.read((folder / file.name).string());
+      const fs::path color = folder / color_name(file.name);
+      if (color.filename() != file.name && fs::is_regular_file(color, error))
+        found.color = read_text_camera(color.string()).choice.camera;
+      return found;
+    }
   if (is_parent) return std::nullopt;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     const std::string extension = lower(it->path().extension().string());
@@ -181,16 +205,20 @@ RecordedCamera read_info_camera(const std::string& path) {
     for (const std::string_view field : split_fields(line.text.substr(equals + 1), true))
       if (const auto value = parse_double(field); value && std::isfinite(*value)) numbers.push_back(*value);
   }
-  const auto number = [&](const char* name) { return values[name].size() == 1 ? values[name].front() : 0.0; };
-  for (const auto& [matrix, width, height] :
-       {std::array{"m_calibrationDepthIntrinsic", "m_depthWidth", "m_depthHeight"},
-        std::array{"m_calibrationColorIntrinsic", "m_colorWidth", "m_colorHeight"}}) {
-    const std::vector<double>& m = values[matrix];
-    if (m.size() != 16 && m.size() != 9) continue;
-    RecordedCamera result = from_matrix(m, path);
-    result = made(result.choice.camera.fx, result.choice.camera.fy, result.choice.camera.cx, result.choice.camera.cy,
-                  number(width), number(height), path);
+  const auto number = [&](const std::string& name) { return values[name].size() == 1 ? values[name].front() : 0.0; };
+  const auto camera = [&](const std::string& kind) -> std::optional<Pinhole> {
+    const std::vector<double>& m = values[fmt::format("m_calibration{}Intrinsic", kind)];
+    if (m.size() != 16 && m.size() != 9) return std::nullopt;
+    const Pinhole k = from_matrix(m, path).choice.camera;
+    const std::string side = kind == "Depth" ? "m_depth" : "m_color";
+    return made(k.fx, k.fy, k.cx, k.cy, number(side + "Width"), number(side + "Height"), path).choice.camera;
+  };
+  const std::optional<Pinhole> depth = camera("Depth"), color = camera("Color");
+  if (depth || color) {
+    RecordedCamera result;
+    result.choice = {depth ? *depth : *color, {}, fs::path(path).filename().string(), false};
     result.depth_scale = number("m_depthShift");
+    if (depth) result.color = color;
     return result;
   }
   // ScanNet's scene0000_00.txt names its numbers one by one.
@@ -250,6 +278,18 @@ std::optional<Pinhole> scaled_to(const Pinhole& camera, int width, int height) {
                  width,
                  height};
   return scaled;
+}
+
+void write_camera_json(const std::string& folder, const Pinhole& camera, double depth_scale,
+                       const std::optional<Eigen::Matrix3d>& body_from_camera) {
+  std::string text =
+      fmt::format("{{\"width\": {}, \"height\": {}, \"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {}, \"scale\": {}",
+                  camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, depth_scale);
+  if (body_from_camera) {
+    const Eigen::Quaterniond q(*body_from_camera);
+    text += fmt::format(", \"body_from_camera\": [{:.12g}, {:.12g}, {:.12g}, {:.12g}]", q.x(), q.y(), q.z(), q.w());
+  }
+  write_file((fs::path(folder) / "camera.json").string(), text + "}\n");
 }
 
 Pinhole read_matrix_file(const std::string& path) {

@@ -1,6 +1,7 @@
 // The camera as a recording's own files tell it.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 
@@ -15,8 +16,10 @@ std::optional<Pinhole> scaled_to(const Pinhole& camera, int width, int height);
 
 /// What a recording's files say of its depth camera.
 struct RecordedCamera {
-  CameraChoice choice;     ///< width and height 0 where they are not told
-  double depth_scale = 0;  ///< readings per metre; 0: not told
+  CameraChoice choice;                                   ///< width and height 0 where they are not told
+  double depth_scale = 0;                                ///< readings per metre; 0: not told
+  std::optional<Pinhole> color = {};                     ///< of the colour images, where it is another
+  std::optional<Eigen::Matrix3d> body_from_camera = {};  ///< of the inertial sensor
 };
 
 /// The first of the files with intrinsics that are known by name, in the folder, in its folder `intrinsic`, or one
@@ -30,6 +33,11 @@ RecordedCamera read_json_camera(const std::string& path);
 RecordedCamera read_info_camera(const std::string& path);  ///< `m_calibrationDepthIntrinsic = 16 numbers`, …
 RecordedCamera read_text_camera(const std::string& path);  ///< 3×3, 4×4, or fx fy cx cy
 RecordedCamera read_yaml_camera(const std::string& path);  ///< `Camera.fx: 525`, `DepthMapFactor: 5000`, …
+
+/// Writes camera.json, which find_recorded_camera() reads: the depth camera, readings per metre, and how the inertial
+/// sensor sits on it where that is known. Throws Error if the file cannot be written.
+void write_camera_json(const std::string& folder, const Pinhole& camera, double depth_scale,
+                       const std::optional<Eigen::Matrix3d>& body_from_camera = {});
 
 /// fx 0 cx, 0 fy cy, 0 0 1 (or 4×4), numbers between blanks or commas, with or without brackets. Width and height stay
 /// 0. Throws Error for other matrices.

@@ -13,6 +13,7 @@
 #include "io/containers/matroska.h"
 #include "io/containers/message_store.h"
 #include "io/containers/rosbag.h"
+#include "io/containers/sens.h"
 #include "io/known_formats.h"
 #include "plumbline/error.h"
 
@@ -52,7 +53,7 @@ namespace {
     throw Error("is no recording that can be read: a bag of the old format 1", path, "convert it with `rosbag fix`");
   throw Error("is no recording that can be read", path,
               "give a folder of depth images, a recording of an Azure Kinect (.mkv), a bag of ROS 1 or a RealSense "
-              "(.bag), or a recording of ROS 2 (.db3, .mcap, or its folder)");
+              "(.bag), a recording of ROS 2 (.db3, .mcap, or its folder), or of ScanNet (.sens)");
 }
 
 }  // namespace
@@ -67,7 +68,7 @@ bool holds_recording(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, error)) return is_ros2_folder(path);
   const RandomAccessFile file(path);
   const std::string first = file.read(0, std::min<std::uint64_t>(file.size(), 16));
-  return is_matroska(first) || is_rosbag(first) || is_sqlite(first) || is_mcap(first);
+  return is_matroska(first) || is_rosbag(first) || is_sqlite(first) || is_mcap(first) || is_sens(first);
 }
 
 std::unique_ptr<Sequence> open_recording(const std::string& path, const SequenceOptions& options) {
@@ -76,6 +77,7 @@ std::unique_ptr<Sequence> open_recording(const std::string& path, const Sequence
   const std::string first = file.read(0, std::min<std::uint64_t>(file.size(), 16));
   if (is_matroska(first)) return open_kinect_recording(path, options);
   if (is_rosbag(first) || is_sqlite(first) || is_mcap(first)) return open_ros_recording(path, options);
+  if (is_sens(first)) return open_sens_recording(path, options);
   refuse(path, first);
 }
 

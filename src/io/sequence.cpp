@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <exception>
 #include <filesystem>
@@ -40,13 +39,15 @@ class FileSequence : public Sequence {
         folder_(list.folder),
         entries_(list.entries),
         read_truth_(list.read_truth),
+        read_imu_(list.read_imu),
         float_unit_(float_unit),
         min_confidence_(options.min_confidence),
-        saturated_is_invalid_(list.saturated_is_invalid),
-        bits_are_rotated_(list.bits_are_rotated),
+        reading_of_(list.reading_of),
         undistorter_(info().camera, options.undistort ? info().distortion : Distortion{}) {
-    if (list.color_camera && *list.color_camera != info().camera)
-      registration_ = ColorRegistration{info().camera, *list.color_camera, {}, {}};
+    const SE3& color_from_depth = list.color_from_depth;
+    const bool moved = !color_from_depth.rotation().isIdentity(0) || !color_from_depth.translation().isZero(0);
+    if (list.color_camera && (*list.color_camera != info().camera || moved))
+      registration_ = ColorRegistration{info().camera, *list.color_camera, {}, list.color_from_depth};
   }
 
   Frame read(int index) const override {
@@ -60,6 +61,7 @@ class FileSequence : public Sequence {
   }
 
   ImuRecording read_imu(std::vector<std::string>* notes) const override {
+    if (read_imu_) return read_imu_(notes);
     for (const char* name : {"imu.csv", "accelerometer.txt"}) {
       const std::filesystem::path file = std::filesystem::path(folder_) / name;
       if (std::error_code error; std::filesystem::is_regular_file(file, error))
@@ -73,14 +75,11 @@ class FileSequence : public Sequence {
   }
 
  private:
-  static constexpr std::uint16_t kSaturated = 65535, kNone = 0;
-
   DepthImage read_depth(const SequenceEntry& entry) const {
     DepthImage depth = read_depth_image(entry.depth, float_unit_);
     check_size(depth.width, depth.height, entry.depth);
-    if (bits_are_rotated_)
-      for (std::uint16_t& reading : depth.pixels) reading = std::rotr(reading, 3);
-    if (saturated_is_invalid_) std::replace(depth.pixels.begin(), depth.pixels.end(), kSaturated, kNone);
+    if (!reading_of_.empty())
+      for (std::uint16_t& reading : depth.pixels) reading = reading_of_[reading];
     if (!entry.confidence.empty() && min_confidence_ > 0) drop_doubtful(entry.confidence, &depth);
     return depth;
   }
@@ -90,7 +89,7 @@ class FileSequence : public Sequence {
     const ColorImage confidence = read_color_image(file);
     check_size(confidence.width, confidence.height, file);
     for (std::size_t i = 0; i < depth->pixels.size(); ++i)
-      if (confidence.pixels[3 * i] < min_confidence_) depth->pixels[i] = kNone;
+      if (confidence.pixels[3 * i] < min_confidence_) depth->pixels[i] = 0;
   }
 
   ColorImage read_color(const SequenceEntry& entry, const Frame& frame) const {
@@ -118,9 +117,10 @@ class FileSequence : public Sequence {
   std::string folder_;
   std::vector<SequenceEntry> entries_;
   std::function<Trajectory(std::vector<std::string>* notes)> read_truth_;
+  std::function<ImuRecording(std::vector<std::string>* notes)> read_imu_;
   double float_unit_;
   int min_confidence_;
-  bool saturated_is_invalid_, bits_are_rotated_;
+  std::vector<std::uint16_t> reading_of_;          ///< see SequenceList
   std::optional<ColorRegistration> registration_;  ///< of colour with its own camera
   Undistorter undistorter_;
 };
@@ -154,6 +154,27 @@ ImageHeader common_depth_header(const SequenceList& list) {
       ->first;
 }
 
+/// Files of real numbers say no unit: metres, unless most of the numbers are too large for a room.
+void check_float_unit(const SequenceList& list, std::vector<Warning>* warnings) {
+  constexpr std::size_t kLooks = 5;
+  constexpr std::uint16_t kCentimetres = 30, kMillimetres = 400;
+  std::vector<std::uint16_t> numbers;
+  for (std::size_t i = 0; i < list.entries.size(); i += list.entries.size() / kLooks + 1) try {
+      const DepthImage depth = read_depth_image(list.entries[i].depth, 1);
+      std::copy_if(depth.pixels.begin(), depth.pixels.end(), std::back_inserter(numbers), [](auto v) { return v > 0; });
+    } catch (const Error&) {  // its frame will tell
+    }
+  if (numbers.empty()) return;
+  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+  std::nth_element(numbers.begin(), middle, numbers.end());
+  if (*middle < kCentimetres) return;
+  const bool millimetres = *middle >= kMillimetres;
+  warnings->push_back({fmt::format("the files hold real numbers, {} in the median: they seem to be {} where metres are "
+                                   "expected",
+                                   *middle, millimetres ? "millimetres" : "centimetres"),
+                       fmt::format("Give --depth-scale {} if that is right.", millimetres ? 1000 : 100)});
+}
+
 void drop_color(SequenceList* list, const std::string& reason) {
   for (SequenceEntry& entry : list->entries) entry.color.clear();
   list->color_camera.reset();
@@ -179,6 +200,8 @@ void settle_color(const ImageHeader& depth, SequenceList* list) {
   if (color.width == 0) return;
   const bool same_size = color.width == depth.width && color.height == depth.height;
   if (list->color_camera) {
+    if (list->color_camera->width == 0)
+      list->color_camera->width = color.width, list->color_camera->height = color.height;
     list->color_camera = scaled_to(*list->color_camera, color.width, color.height);
     if (list->color_camera && same_size) return;
     if (list->color_camera)
@@ -198,6 +221,8 @@ void settle_color(const ImageHeader& depth, SequenceList* list) {
 }
 
 void note_gaps(const SequenceList& list, std::vector<std::string>* notes) {
+  std::vector<Nanoseconds> times;
+  for (const SequenceEntry& entry : list.entries) times.push_back(entry.time);
   int gaps = 0;
   Nanoseconds longest = 0;
   std::size_t after = 0;
@@ -206,7 +231,8 @@ void note_gaps(const SequenceList& list, std::vector<std::string>* notes) {
     if (gap > kLongGap) ++gaps;
     if (gap > longest) longest = gap, after = i - 1;
   }
-  if (gaps > 0 && !list.stamps_are_frame_numbers)
+  // Longer ones are warned of as jumps.
+  if (gaps > 0 && !list.stamps_are_frame_numbers && longest <= jump_limit(times))
     notes->push_back(fmt::format("{} gap{} longer than 0.5 s, the longest of {:.2f} s after frame {}", gaps,
                                  gaps == 1 ? "" : "s", to_seconds(longest), after));
 }
@@ -250,8 +276,10 @@ void set_camera(const SequenceOptions& options, const CameraClues& clues, Sequen
   info->camera_source = choice.source;
   info->camera_is_guess = choice.is_guess;
   if (choice.is_guess)
-    info->notes.emplace_back(
-        "the camera is not known; the Kinect's default intrinsics are used, a guess which may cost accuracy");
+    info->notes.push_back(fmt::format("the camera is not known; {} are used, a guess which may cost accuracy",
+                                      clues.format_camera == "kinect" && choice.source.starts_with("the format's own")
+                                          ? "the Kinect's default intrinsics"
+                                          : "intrinsics by " + choice.source));
 }
 
 void note_confidence(const SequenceOptions& options, const SequenceList& list, std::vector<std::string>* notes) {
@@ -313,6 +341,7 @@ std::unique_ptr<Sequence> open_as_measured(const std::string& path, const Sequen
   SequenceList list = list_sequence(path, options);
   const ImageHeader depth = common_depth_header(list);
   settle_color(depth, &list);
+  if (depth.is_float && !options.depth_scale) check_float_unit(list, &list.warnings);
   SequenceInfo info = describe(path, options, list, depth);
   std::vector<Nanoseconds> times;
   for (const SequenceEntry& entry : list.entries) times.push_back(entry.time);

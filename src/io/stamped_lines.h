@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,11 +25,30 @@ inline void note_half_written(std::vector<std::string>* notes, const TextLine& l
   add_note(notes, fmt::format("the last line ({}) is half-written and was left out", line.number));
 }
 
-/// A stamp in seconds. Throws Error with file and line for anything else.
-inline Nanoseconds stamp_of(const TextFile& file, const TextLine& line, std::string_view text, const char* advice) {
-  const auto time = parse_seconds(text);
-  if (!time) file.fail(line, fmt::format("'{}' is not a time in seconds", text), advice);
-  return *time;
+/// By how many digits the point of a stamp must move to the left for seconds, by the stamp's size: seconds since 1970
+/// have ten digits before the point. 0, 3, 6 or 9.
+inline int decimals_by_size(std::string_view stamp) {
+  const double value = std::abs(parse_double(stamp).value_or(0));
+  return value > 1e17 ? 9 : value > 1e14 ? 6 : value > 1e11 ? 3 : 0;
+}
+
+inline const char* unit_of_decimals(int decimals) {
+  return decimals == 9 ? "nanoseconds" : decimals == 6 ? "microseconds" : decimals == 3 ? "milliseconds" : "seconds";
+}
+
+/// A stamp whose point is `decimals` digits too far to the right for seconds. Throws Error with file and line for
+/// anything else.
+inline Nanoseconds stamp_of(const TextFile& file, const TextLine& line, std::string_view text, const char* advice,
+                            int decimals = 0) {
+  if (const auto whole = parse_unsigned(text); whole && decimals == 9) return *whole;
+  if (decimals == 0) {
+    if (const auto time = parse_seconds(text)) return *time;
+    file.fail(line, fmt::format("'{}' is not a time in seconds", text), advice);
+  }
+  const auto value = parse_double(text);
+  if (!value || !(std::abs(*value) * std::pow(10, -decimals) < 9e9))
+    file.fail(line, fmt::format("'{}' is not a time", text), advice);
+  return from_seconds(*value * std::pow(10, -decimals));
 }
 
 /// Orders `items` (`noun` in the notes) by their member `time`; of those with the same stamp the first is kept.

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 #include "core/huge_pages.h"
@@ -53,17 +54,18 @@ void grow(Bytes* bytes) {
   *bytes = std::move(larger);
 }
 
-/// All of a file, which may be longer or shorter than it said it was.
-Bytes read_bytes(const std::string& path) {
+/// All of a file, which may be longer or shorter than it said it was, or its first `limit` bytes.
+Bytes read_bytes(const std::string& path, std::size_t limit = std::numeric_limits<std::size_t>::max()) {
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat status {};
   if (file.fd < 0 || fstat(file.fd, &status) != 0) fail_to_read(path);
   if (S_ISDIR(status.st_mode)) throw Error("is a folder, where a file is expected", path, "give the file in it");
   // One byte more than the size, so that the end is seen without growing the buffer.
-  Bytes bytes(static_cast<std::size_t>(status.st_size) + 1);
+  Bytes bytes(std::min(static_cast<std::size_t>(status.st_size) + 1, limit));
   for (;;) {
+    if (bytes.size == limit) return bytes;
     if (bytes.size == bytes.capacity) grow(&bytes);
-    const ssize_t n = read(file.fd, bytes.data.get() + bytes.size, bytes.capacity - bytes.size);
+    const ssize_t n = read(file.fd, bytes.data.get() + bytes.size, std::min(bytes.capacity, limit) - bytes.size);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) fail_to_read(path);
     if (n == 0) return bytes;
@@ -74,6 +76,10 @@ Bytes read_bytes(const std::string& path) {
 }  // namespace
 
 std::string read_file(const std::string& path) { return std::string(read_bytes(path).view()); }
+
+std::string read_beginning(const std::string& path, std::size_t limit) {
+  return std::string(read_bytes(path, limit).view());
+}
 
 TextFile::TextFile(const std::string& path) : path_(path) {
   Bytes bytes = read_bytes(path);

@@ -12,6 +12,9 @@ namespace plumbline {
 /// The bytes of a regular file. Throws Error if it is missing, a folder, or cannot be read.
 std::string read_file(const std::string& path);
 
+/// Its first bytes, `limit` at most. Throws Error as above.
+std::string read_beginning(const std::string& path, std::size_t limit);
+
 /// A line that says something: blank lines and those that begin with '#' are left out, as are line ends.
 struct TextLine {
   int number = 0;  ///< counted from 1

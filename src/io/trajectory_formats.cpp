@@ -53,14 +53,6 @@ int decimals_of(const ColumnName& column) {
   return column.unit == "s" || column.unit == "sec" ? 0 : -1;
 }
 
-/// The same by the stamp's size: seconds since 1970 have ten digits before the point.
-int guess_decimals(std::string_view stamp) {
-  const double value = std::abs(parse_double(stamp).value_or(0));
-  if (value > 1e17) return kDecimalsOfNanoseconds;
-  if (value > 1e14) return 6;
-  return value > 1e11 ? 3 : 0;
-}
-
 std::optional<Columns> columns_by_name(const std::vector<ColumnName>& names, std::string_view first_stamp) {
   Columns columns;
   columns.fields = names.size();
@@ -79,7 +71,7 @@ std::optional<Columns> columns_by_name(const std::vector<ColumnName>& names, std
   }
   if (found != 0x7f) return std::nullopt;
   columns.decimals = decimals_of(names[columns.stamp]);
-  if (columns.decimals < 0) columns.decimals = guess_decimals(first_stamp);
+  if (columns.decimals < 0) columns.decimals = decimals_by_size(first_stamp);
   return columns;
 }
 
@@ -89,7 +81,7 @@ std::optional<Columns> columns_by_form(const TextLine& line, std::vector<std::st
   const bool numbers =
       std::all_of(fields.begin(), fields.end(), [](std::string_view field) { return parse_double(field); });
   if (!numbers || fields.size() < 8) return std::nullopt;
-  Columns columns{fields.size(), 0, {1, 2, 3}, {4, 5, 6, 7}, 1, guess_decimals(fields[0])};
+  Columns columns{fields.size(), 0, {1, 2, 3}, {4, 5, 6, 7}, 1, decimals_by_size(fields[0])};
   const bool commas = line.text.find(',') != std::string_view::npos;
   if (columns.decimals == kDecimalsOfNanoseconds && commas) {
     columns.quaternion = {5, 6, 7, 4};
@@ -99,10 +91,7 @@ std::optional<Columns> columns_by_form(const TextLine& line, std::vector<std::st
   const bool with_id = fields.size() == 9 && parse_unsigned(fields[8]);
   if (with_id) add_note(notes, "the ninth number of each line is taken for an id");
   if (columns.decimals > 0)
-    add_note(notes,
-             fmt::format("the stamps are taken for {}, by their size", columns.decimals == 9   ? "nanoseconds"
-                                                                       : columns.decimals == 6 ? "microseconds"
-                                                                                               : "milliseconds"));
+    add_note(notes, fmt::format("the stamps are taken for {}, by their size", unit_of_decimals(columns.decimals)));
   if ((fields.size() == 8 && columns.decimals > 0) || with_id) return columns;
   return std::nullopt;
 }
@@ -110,15 +99,6 @@ std::optional<Columns> columns_by_form(const TextLine& line, std::vector<std::st
 bool is_tum(const Columns& c) {
   return c.fields == 8 && c.stamp == 0 && c.position == std::array<std::size_t, 3>{1, 2, 3} &&
          c.quaternion == std::array<std::size_t, 4>{4, 5, 6, 7} && c.decimals == 0 && c.metres == 1;
-}
-
-Nanoseconds stamp_at(const TextFile& file, const TextLine& line, std::string_view text, int decimals) {
-  if (decimals == 0) return stamp_of(file, line, text, kAdvice);
-  if (const auto whole = parse_unsigned(text); whole && decimals == kDecimalsOfNanoseconds) return *whole;
-  const auto value = parse_double(text);
-  if (!value || !(std::abs(*value) * std::pow(10, -decimals) < 9e9))
-    file.fail(line, fmt::format("'{}' is not a time", text), kAdvice);
-  return from_seconds(*value * std::pow(10, -decimals));
 }
 
 double number_at(const TextFile& file, const TextLine& line, std::string_view field) {
@@ -138,7 +118,7 @@ StampedPose pose_at(const TextFile& file, const TextLine& line, const std::vecto
   for (int i = 0; i < 4; ++i) q[i] = number_at(file, line, fields[columns.quaternion[static_cast<std::size_t>(i)]]);
   if (std::abs(q.norm() - 1) > kUnitTolerance)
     file.fail(line, fmt::format("the quaternion's length is {:.4g} and not 1", q.norm()), kAdvice);
-  return {stamp_at(file, line, fields[columns.stamp], columns.decimals),
+  return {stamp_of(file, line, fields[columns.stamp], kAdvice, columns.decimals),
           SE3(Eigen::Quaterniond(q), columns.metres * t)};
 }
 

@@ -23,7 +23,9 @@ constexpr double kMemory = 0.5, kMaxTimeOffset = 0.15;  // seconds
 // Standard deviations at the start: of a pose that defines the world, of a hand's speed, of a sensor's biases, and of
 // gravity by one reading of a hand that moves: across it and along it.
 constexpr double kStartPose = 1e-3, kStartSpeed = 0.5, kStartGyroscopeBias = 0.01, kStartAccelerometerBias = 0.1,
-                 kStartGravityAcross = 0.5, kStartGravityAlong = 0.03;
+                 kStartGravityAcross = 0.5, kStartGravityAlong = 0.03, kStartTimeOffset = 0.03;
+// What a hand changes of its motion, per √s: radians without a gyroscope, m/s without an accelerometer.
+constexpr double kSteadyTurn = 0.3, kSteadySpeed = 1.5;
 // Random walks per √s: of a rotation by its gyroscope (and by its scale, per rad/s), and of the biases.
 constexpr double kRotationWalk = 0.003, kScaleWalk = 0.003, kGyroscopeBiasWalk = 1e-4, kAccelerometerBiasWalk = 3e-3;
 
@@ -61,7 +63,7 @@ void MotionFilter::start(const SE3& world_from_camera, Nanoseconds time, const s
   add_variance(covariance_, kVelocity, kStartSpeed, 1);
   add_variance(covariance_, kGyroscopeBias, kStartGyroscopeBias, 1);
   add_variance(covariance_, kAccelerometerBias, kStartAccelerometerBias, 1);
-  covariance_(kTimeOffset, kTimeOffset) = parameters_.offset_sigma * parameters_.offset_sigma;
+  covariance_(kTimeOffset, kTimeOffset) = kStartTimeOffset * kStartTimeOffset;
   if (readings.empty()) return;
   remember(readings);
   const ImuSample& nearest = nearest_to(time, readings);
@@ -127,8 +129,7 @@ void MotionFilter::step(const ImuSample& from, const ImuSample& to) {
   }
   covariance_ = f * covariance_ * f.transpose();
   add_variance(covariance_, kTheta, std::hypot(kRotationWalk, kScaleWalk * rate_.norm()), dt);
-  add_variance(covariance_, kVelocity, has_gravity_ ? parameters_.acceleration_sigma : parameters_.steady_speed_sigma,
-               dt);
+  add_variance(covariance_, kVelocity, has_gravity_ ? parameters_.acceleration_sigma : kSteadySpeed, dt);
   add_variance(covariance_, kGyroscopeBias, kGyroscopeBiasWalk, dt);
   add_variance(covariance_, kAccelerometerBias, kAccelerometerBiasWalk, dt);
 }
@@ -141,8 +142,8 @@ void MotionFilter::step_steadily(double seconds) {
   Covariance f = Covariance::Identity();
   block(f, kPosition, kVelocity) = seconds * Matrix3d::Identity();
   covariance_ = f * covariance_ * f.transpose();
-  add_variance(covariance_, kTheta, parameters_.steady_turn_sigma, seconds);
-  add_variance(covariance_, kVelocity, parameters_.steady_speed_sigma, seconds);
+  add_variance(covariance_, kTheta, kSteadyTurn, seconds);
+  add_variance(covariance_, kVelocity, kSteadySpeed, seconds);
 }
 
 void MotionFilter::correct(const SE3& world_from_camera, const Matrix6d& covariance) {

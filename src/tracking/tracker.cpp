@@ -47,7 +47,8 @@ Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, con
              .motion = MotionModel(tracking_.speed_sigma, tracking_.speed_memory),
              .turn = {},
              .guide = OrientationGuide(orientation_, sensor),
-             .filter = MotionFilter(motion_)} {}
+             .filter = MotionFilter(motion_),
+             .gyroscope = OrientationMonitor(orientation_.distrust)} {}
 
 TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>* trace) const {
   // The first frame defines the world: it is where it is expected.
@@ -65,7 +66,8 @@ TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>
     const Prediction expected = predict(input.frame);
     const Task task = {input, expected};
     found = use == OrientationUse::used ? register_aided(task, trace) : register_unaided(task, trace);
-    if (use == OrientationUse::used && must_compare(found)) return compare_with_unaided(std::move(found), task);
+    if (use == OrientationUse::used && state_.guide.is_judged() && is_doubted(found))
+      return better_of(std::move(found), register_unaided(task, nullptr));
   }
   found.orientation = use;
   return found;
@@ -77,38 +79,59 @@ bool Tracker::uses_filter(const Frame& frame) const {
 }
 
 /// The filter at the time of a frame.
-MotionFilter Tracker::propagated(const Frame& frame) const {
+MotionFilter Tracker::propagated(const std::vector<ImuSample>& readings, const Frame& frame) const {
   MotionFilter filter = state_.filter;
-  if (!motion_.gyroscope) {
-    filter.propagate({}, frame.time);
-  } else {
-    filter.propagate(frame.inertial, frame.time);
-  }
+  filter.propagate(readings, frame.time);
   return filter;
 }
 
 /// Around the registration: it starts from the filter's prediction, holds to it by its covariance, and corrects it.
 TrackedFrame Tracker::track_filtered(const TrackerInput& input, TrackedFrame found,
                                      std::vector<IcpIteration>* trace) const {
-  const bool is_inertial = motion_.gyroscope && !input.frame.inertial.empty();
+  const bool has_readings = motion_.gyroscope && !input.frame.inertial.empty();
   if (!state_.is_initialised) {
     found.result.status = TrackingStatus::initialised;
-    if (is_inertial) found.orientation = OrientationUse::first;
+    if (has_readings) found.orientation = OrientationUse::first;
     return found;
   }
-  const MotionFilter filter = propagated(input.frame);
-  const Prediction expected = predict_filtered(filter, input.frame);
-  found = register_unaided({input, expected}, trace);
-  found.filter = filter;
-  if (is_inertial) found.orientation = OrientationUse::used;
+  if (!has_readings) return register_filtered(propagated({}, input.frame), input, trace);
+  const MotionFilter filter = propagated(input.frame.inertial, input.frame);
+  found = register_inertial(filter, input, trace);
+  if (filter.is_inertial())
+    found.turn = state_.filter.world_from_camera().rotation().transpose() * filter.world_from_camera().rotation();
   return found;
 }
 
+TrackedFrame Tracker::register_filtered(const MotionFilter& filter, const TrackerInput& input,
+                                        std::vector<IcpIteration>* trace) const {
+  const Prediction expected = predict_filtered(filter, input.frame);
+  TrackedFrame found = register_unaided({input, expected}, trace);
+  found.filter = filter;
+  return found;
+}
+
+/// From the readings, as long as the gyroscope turns as the images do; else as without them.
+TrackedFrame Tracker::register_inertial(const MotionFilter& filter, const TrackerInput& input,
+                                        std::vector<IcpIteration>* trace) const {
+  if (!filter.is_inertial() || !state_.gyroscope.trusted()) {
+    TrackedFrame found = register_filtered(propagated({}, input.frame), input, trace);
+    found.orientation = filter.is_inertial() ? OrientationUse::distrusted : OrientationUse::missing;
+    return found;
+  }
+  TrackedFrame found = register_filtered(filter, input, trace);
+  found.orientation = OrientationUse::used;
+  if (!is_doubted(found)) return found;
+  return better_of(std::move(found), register_filtered(propagated({}, input.frame), input, nullptr));
+}
+
 Prediction Tracker::predict_filtered(const MotionFilter& filter, const Frame& frame) const {
+  // A prediction that is little better than none outweighs no images, however alike they err.
+  constexpr double kSteadyCorrelationTime = 0.2;  // seconds
+  const double correlation_time = filter.is_inertial() ? motion_.correlation_time : kSteadyCorrelationTime;
   Prediction expected;
   expected.world_from_camera = filter.world_from_camera();
   expected.terms.set(pose_prior(filter.world_from_camera(), filter.pose_covariance()));
-  expected.redundancy = std::max(1.0, motion_.correlation_time / seconds_since_previous(frame));
+  expected.redundancy = std::max(1.0, correlation_time / seconds_since_previous(frame));
   return expected;
 }
 
@@ -161,22 +184,20 @@ TrackedFrame Tracker::retry_if_doubtful(TrackedFrame found, const Task& task, bo
 }
 
 /// Whether the sensor is still to prove itself, or led nowhere.
-bool Tracker::must_compare(const TrackedFrame& found) const {
-  const bool is_doubted = state_.probation < kProbation || found.result.status == TrackingStatus::lost;
-  return state_.guide.is_judged() && is_doubted;
+bool Tracker::is_doubted(const TrackedFrame& found) const {
+  return state_.probation < kProbation || found.result.status == TrackingStatus::lost;
 }
 
 /// A registration that owes the sensor nothing is its witness, and is taken where it alone leads anywhere or clearly
 /// farther.
-TrackedFrame Tracker::compare_with_unaided(TrackedFrame found, const Task& task) const {
-  TrackedFrame unaided = register_unaided(task, nullptr);
-  unaided.was_compared = found.was_compared = true;
+TrackedFrame Tracker::better_of(TrackedFrame aided, TrackedFrame unaided) const {
+  unaided.was_compared = aided.was_compared = true;
   unaided.orientation = OrientationUse::dropped;
-  found.orientation = OrientationUse::used;
-  if (is_clearly_better(unaided.result, found.result, state_.previous_agreement)) return unaided;
-  found.witness.reset();
-  if (is_witness(unaided.result, found.result)) found.witness = unaided.witness;
-  return found;
+  aided.orientation = OrientationUse::used;
+  if (is_clearly_better(unaided.result, aided.result, state_.previous_agreement)) return unaided;
+  aided.witness.reset();
+  if (is_witness(unaided.result, aided.result)) aided.witness = unaided.witness;
+  return aided;
 }
 
 /// The start from which a coarse registration explains most.
@@ -218,11 +239,19 @@ void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
   } else {
     state_.filter.start(current, frame.time, frame.inertial);
   }
+  judge_gyroscope(tracked);
   state_.world_from_camera = current;
   state_.time = frame.time;
   state_.is_initialised = true;
   if (tracked.was_compared) ++state_.probation;
   state_.guide.observe(current, frame.earth_from_camera, tracked.witness);
+}
+
+/// By the turns of the images, where they owe the gyroscope nothing or nothing speaks against it.
+void Tracker::judge_gyroscope(const TrackedFrame& tracked) {
+  if (!tracked.turn) return;
+  state_.start_from_camera = (state_.start_from_camera * *tracked.turn).eval();
+  if (tracked.is_acceptable() && tracked.witness) state_.gyroscope.observe(state_.start_from_camera, *tracked.witness);
 }
 
 void Tracker::resume(const Frame& frame, const TrackedFrame& recovered) {
@@ -238,6 +267,7 @@ void Tracker::reject(const TrackedFrame& tracked) {
   if (tracked.was_compared) ++state_.probation;
   if (tracked.result.reason != LostReason::no_depth) state_.turn.forget();
   if (tracked.filter.is_started()) state_.filter = tracked.filter;
+  judge_gyroscope(tracked);
 }
 
 double Tracker::seconds_since_previous(const Frame& frame) const {

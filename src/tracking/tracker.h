@@ -48,6 +48,7 @@ struct TrackedFrame {
   int starts = 1;                          ///< that were tried
   bool was_compared = false;               ///< with a registration without the sensor
   MotionFilter filter;                     ///< at the frame's time, before the images
+  std::optional<Eigen::Matrix3d> turn;     ///< since the previous frame, by the gyroscope
   bool is_after_interruption = false;      ///< nothing links it to the previous accepted frame
   bool is_recovered = false;               ///< its place was recognised among those that are known
   std::optional<Eigen::Matrix3d> witness;  ///< world_from_camera by which the sensor is judged, if there is one
@@ -67,6 +68,8 @@ struct TrackerState {
   SteadyTurn turn;
   OrientationGuide guide;
   MotionFilter filter;
+  OrientationMonitor gyroscope;                                     ///< whether it turns as the images do
+  Eigen::Matrix3d start_from_camera = Eigen::Matrix3d::Identity();  ///< by the gyroscope alone
 };
 
 class Tracker {
@@ -99,19 +102,24 @@ class Tracker {
   };
 
   bool uses_filter(const Frame& frame) const;
-  MotionFilter propagated(const Frame& frame) const;
+  MotionFilter propagated(const std::vector<ImuSample>& readings, const Frame& frame) const;
   Prediction predict(const Frame& frame) const;
   Prediction predict_filtered(const MotionFilter& filter, const Frame& frame) const;
+  TrackedFrame register_filtered(const MotionFilter& filter, const TrackerInput& input,
+                                 std::vector<IcpIteration>* trace) const;
+  TrackedFrame register_inertial(const MotionFilter& filter, const TrackerInput& input,
+                                 std::vector<IcpIteration>* trace) const;
+  void judge_gyroscope(const TrackedFrame& tracked);
   TrackedFrame track_filtered(const TrackerInput& input, TrackedFrame found, std::vector<IcpIteration>* trace) const;
   TrackedFrame register_aided(const Task& task, std::vector<IcpIteration>* trace) const;
   TrackedFrame register_unaided(const Task& task, std::vector<IcpIteration>* trace) const;
   TrackedFrame retry_if_doubtful(TrackedFrame found, const Task& task, bool with_orientation,
                                  std::vector<IcpIteration>* trace) const;
-  TrackedFrame compare_with_unaided(TrackedFrame found, const Task& task) const;
+  TrackedFrame better_of(TrackedFrame aided, TrackedFrame unaided) const;
   TrackingResult register_from(const SE3& seed, const Task& task, bool with_orientation,
                                const TrackingParameters& tracking, std::vector<IcpIteration>* trace) const;
   SE3 best_of(const std::vector<SE3>& starts, const Task& task, bool with_orientation) const;
-  bool must_compare(const TrackedFrame& found) const;
+  bool is_doubted(const TrackedFrame& found) const;
   double seconds_since_previous(const Frame& frame) const;
 
   TrackingParameters tracking_;

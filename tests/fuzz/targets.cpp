@@ -13,9 +13,11 @@
 #include "io/camera.h"
 #include "io/containers/kinect_calibration.h"
 #include "io/containers/ros_messages.h"
+#include "io/images/exr.h"
 #include "io/images/jpeg.h"
 #include "io/images/plain_depth.h"
 #include "io/images/png.h"
+#include "io/images/rvl.h"
 #include "io/images/tiff.h"
 #include "io/imu_file.h"
 #include "io/mesh.h"
@@ -83,6 +85,20 @@ void list_folder(const char* name, std::string_view bytes) {
   list_sequence(folder.with(name, bytes), {});
 }
 
+/// A folder of a layout that is told by this file and an image.
+void list_layout(const char* image, const char* name, std::string_view bytes) {
+  const Folder folder;
+  for (const char* part : {"depth", "rgb", "aligned_depth"}) fs::create_directories(folder.path() / part);
+  folder.with(image, "");
+  list_sequence(folder.with(name, bytes), {});
+}
+
+void exr(std::string_view bytes) {
+  if (!is_exr(bytes)) return;
+  read_exr_header(bytes, "x");
+  decode_depth_exr(bytes, "x");
+}
+
 void camera(std::string_view bytes) {
   static const Folder folder;
   choose_camera({}, {folder.with("camera-intrinsics.txt", bytes), "", false, 640, 480, {}});
@@ -95,6 +111,7 @@ void tiff(std::string_view bytes) {
 
 void plain_depth(std::string_view bytes) {
   if (is_pgm(bytes)) decode_depth_pgm(bytes, "x");
+  if (is_ppm(bytes)) decode_color_ppm(bytes, "x");
   if (is_npy(bytes)) decode_depth_npy(bytes, "x");
 }
 
@@ -169,6 +186,7 @@ const std::vector<Target>& targets() {
       {"cdr", cdr},
       {"db3", db3},
       {"depth_calibration", on_file([](const std::string& path) { read_depth_calibration(path); })},
+      {"exr", exr},
       {"imu", on_file([](const std::string& path) { read_imu(path); })},
       {"info_camera", on_file([](const std::string& path) { read_info_camera(path); })},
       {"jpeg", jpeg},
@@ -178,10 +196,20 @@ const std::vector<Target>& targets() {
       {"mkv", open_and_read},
       {"mounting", on_file([](const std::string& path) { read_orientation_calibration(path); })},
       {"obj", on_file([](const std::string& path) { read_obj(path); })},
+      {"open_loris",
+       [](std::string_view bytes) {
+         const Folder folder;
+         folder.with("aligned_depth.txt", "1 depth/1.png\n");
+         list_sequence(folder.with("sensors.yaml", bytes), {});
+       }},
       {"orientation", on_file([](const std::string& path) { read_orientations(path, {}); })},
       {"ply", on_file([](const std::string& path) { read_ply(path); })},
       {"plain_depth", plain_depth},
       {"png", png},
+      {"record3d", [](std::string_view bytes) { list_layout("depth/0.exr", "metadata.json", bytes); }},
+      {"rvl", [](std::string_view bytes) { decode_rvl(bytes, 640 * 480, "x"); }},
+      {"scanner_app", [](std::string_view bytes) { list_layout("depth_0.png", "frame_0.json", bytes); }},
+      {"sens", open_and_read},
       {"text_camera", on_file([](const std::string& path) { read_text_camera(path); })},
       {"tiff", tiff},
       {"toml", toml},

@@ -222,6 +222,72 @@ TEST(Imu, KnowsGravityFromATurnRate) {
   }
 }
 
+/// A turn about x at 0.7 rad/s, and the gravity that it shows, at these moments.
+Vector3d turning_force(double t) { return {0, 9.81 * std::sin(0.7 * t), 9.81 * std::cos(0.7 * t)}; }
+
+void expect_turn(const ImuRecording& r, std::size_t samples) {
+  ASSERT_EQ(r.samples.size(), samples);
+  EXPECT_TRUE(r.has_gyroscope);
+  for (const ImuSample& sample : r.samples) {
+    EXPECT_NEAR(sample.angular_rate.x(), 0.7, 1e-9);
+    EXPECT_LT((sample.specific_force - turning_force(to_seconds(sample.time))).norm(), 1e-3) << "of that moment";
+  }
+}
+
+TEST(Imu, JoinsRowsThatNameTheirSensor) {
+  for (const char* form : {"{0:.3f},{1},{2},{3},{4}\n", "{1} {0:.3f} {2} {3} {4} 3\n"}) {
+    std::string text;
+    for (int i = 0; i < 200; ++i) {
+      const double t = 0.005 * i;
+      const Vector3d f = turning_force(t);
+      text += i % 2 == 0 ? fmt::format(fmt::runtime(form), t, "GYRO", 0.7, 0, 0)
+                         : fmt::format(fmt::runtime(form), t, "ACC", f.x(), f.y(), f.z());
+      if (i % 10 == 0) text += fmt::format(fmt::runtime(form), t, "MAG", 20, 0, -40);
+    }
+    std::vector<std::string> notes;
+    const TempFolder folder;
+    write_text(folder / "imu.csv", text);
+    EXPECT_TRUE(is_imu_file(folder / "imu.csv"));
+    expect_turn(read_imu(folder / "imu.csv", &notes), 99);  // the first turn has no force before it
+    EXPECT_THAT(notes, ElementsAre(AllOf(HasSubstr("100 of the gyroscope and 100 of the accelerometer were joined"),
+                                         HasSubstr("20 rows of other sensors are not used"))));
+  }
+}
+
+TEST(Imu, JoinsRowsOfAndroidsNumbers) {
+  std::string text = "timestamp [ns],sensor,x,y,z\n";
+  for (int i = 0; i < 100; ++i) {
+    const Vector3d f = turning_force(0.01 * i);
+    text += fmt::format("{},1,{},{},{}\n{},4,0.7,0,0\n", 10'000'000 * i, f.x(), f.y(), f.z(), 10'000'000 * i);
+  }
+  std::vector<std::string> notes;
+  expect_turn(read_from_text(text, &notes), 100);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("Android's")));
+}
+
+TEST(Imu, JoinsRowsWithEmptyCells) {
+  std::string text = "timestamp,gyro_x,gyro_y,gyro_z,acc_x_g,acc_y_g,acc_z_g,mag_x,mag_y,mag_z\n";
+  for (int i = 0; i < 200; ++i) {
+    const Vector3d f = turning_force(0.005 * i) / 9.80665;
+    text += i % 2 == 1 ? fmt::format("{},0.7,0,0,,,,,,\n", 0.005 * i)
+                       : fmt::format("{},,,,{},{},{},,,\n", 0.005 * i, f.x(), f.y(), f.z());
+  }
+  std::vector<std::string> notes;
+  expect_turn(read_from_text(text, &notes), 99);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("100 and 100 rows were joined")));
+}
+
+TEST(Imu, FindsCountsOfTurnRatesByGravity) {
+  std::string text = "t,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n";
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3d f = turning_force(0.01 * i) / 9.81 * 16384;
+    text += fmt::format("{},{:.0f},0,0,{:.0f},{:.0f},{:.0f}\n", 0.01 * i, degrees(0.7) * 131, f.x(), f.y(), f.z());
+  }
+  std::vector<std::string> notes;
+  EXPECT_NEAR(read_from_text(text, &notes).samples[9].angular_rate.x(), 0.7, 1e-3);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("16384 a g"), HasSubstr("131 a deg/s")));
+}
+
 TEST(Imu, RefusesWhatIsNoImuFile) {
   EXPECT_THAT(error_of([] { read_from_text(""); }), HasSubstr("no readings"));
   EXPECT_THAT(error_of([] { read_from_text("timestamp,gyro_x\n"); }), HasSubstr("no readings"));

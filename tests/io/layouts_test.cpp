@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "io/images/png.h"
+#include "io/layout_samples.h"
 #include "io/plausibility.h"
 #include "io/prefetch.h"
 #include "io/recorded_camera.h"
@@ -25,40 +26,6 @@ using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-namespace fs = std::filesystem;
-
-constexpr int kWidth = 64, kHeight = 48;
-
-/// A slope: readings from `near` to three times as much.
-void write_slope(const fs::path& path, int near, int width = kWidth, int height = kHeight) {
-  DepthImage depth(width, height);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) depth.at(x, y) = static_cast<std::uint16_t>(near + 2 * near * x / width);
-  fs::create_directories(path.parent_path());
-  write_depth_png(path.string(), depth);
-}
-
-void write_color(const fs::path& path, std::uint8_t value, int width = kWidth, int height = kHeight) {
-  ColorImage color(width, height, 3);
-  std::fill(color.pixels.begin(), color.pixels.end(), value);
-  fs::create_directories(path.parent_path());
-  write_color_png(path.string(), color);
-}
-
-SequenceOptions small_camera() {
-  SequenceOptions options;
-  options.intrinsics = Pinhole{50, 50, 31.5f, 23.5f, 0, 0};
-  return options;
-}
-
-std::unique_ptr<Sequence> open_folder(const TempFolder& folder, const SequenceOptions& options = {}) {
-  return open_sequence(folder.path().string(), options);
-}
-
-auto warns_of(const std::string& what, const std::string& what_to_do) {
-  return Contains(AllOf(Field(&Warning::what, HasSubstr(what)), Field(&Warning::what_to_do, HasSubstr(what_to_do))));
-}
-
 // ---- StrayScanner
 
 void write_stray_scanner(const TempFolder& folder) {
@@ -298,6 +265,40 @@ TEST(Plausibility, StampsThatAreAllEqualLoseNoFrames) {
   const auto sequence = open_folder(folder);
   EXPECT_EQ(sequence->size(), 6);
   EXPECT_THAT(sequence->info().warnings, warns_of("same stamp", "depth.txt"));
+}
+
+/// The warnings of six frames at these stamps.
+std::vector<Warning> warnings_at(const std::vector<std::string>& stamps) {
+  const TempFolder folder;
+  std::string list;
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    const std::string name = "depth/" + std::to_string(i) + ".png";
+    write_slope(folder / name, 7500, 640, 480);
+    list += stamps[i] + " " + name + "\n";
+  }
+  write_text(folder / "depth.txt", list);
+  return open_folder(folder)->info().warnings;
+}
+
+TEST(Plausibility, StampsThatJump) {
+  EXPECT_THAT(
+      warnings_at({"1", "1.03", "1.06", "4.56", "4.6", "4.63"}),
+      warns_of("jump 1 time by more than 1 s, at most by 3.50 s between frames 2 and 3, 0.06 s after", "Tracking"));
+  EXPECT_THAT(warnings_at({"1", "1.5", "2", "2.5", "5", "5.5"}), IsEmpty()) << "slow, and one frame lost";
+}
+
+TEST(Plausibility, StampsThatRunBackwardsOrAreDoubled) {
+  EXPECT_THAT(warnings_at({"1", "1.03", "1.06", "0.5", "0.53", "0.56"}),
+              warns_of("run backwards in 1 place (3.png is 0.56 s before", "one clock"));
+  EXPECT_THAT(warnings_at({"1", "1.03", "1.03", "1.06", "1.09", "1.12"}),
+              warns_of("1 of the 6 depth images have the stamp of an earlier one", "own time"));
+}
+
+TEST(Plausibility, StampsInAnotherUnit) {
+  EXPECT_THAT(warnings_at({"0", "33", "66", "100", "133", "166"}), warns_of("in milliseconds", "in seconds"));
+  EXPECT_THAT(warnings_at({"0", "33333", "66666", "100000", "133333", "166666"}), warns_of("in microseconds", ""));
+  EXPECT_THAT(warnings_at({"1721362630651355000", "1721362630684688000", "1721362630718021000"}),
+              warns_of("depth.txt are taken for nanoseconds, by their size", ""));
 }
 
 TEST(Plausibility, RealSequencesAddUp) {

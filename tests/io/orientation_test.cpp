@@ -209,6 +209,10 @@ TEST(Orientations, ReadsCountsAndAnglesOfTheBno055) {
   EXPECT_TRUE(s[0].earth_from_body.isApprox(so3::exp(Vector3d(0, 0, -std::numbers::pi / 2)), 1e-9));
   EXPECT_TRUE(s[1].earth_from_body.isApprox(so3::exp(Vector3d(std::numbers::pi / 6, 0, 0)), 1e-9));
   EXPECT_THAT(notes, ElementsAre(AllOf(HasSubstr("degrees"), HasSubstr("a guess"))));
+  notes.clear();  // registers: 16 counts a degree
+  const auto counts = read_from_text("timestamp,heading,roll,pitch\n1,1440,0,0\n2,0,0,480\n", {}, &notes);
+  EXPECT_TRUE(counts[1].earth_from_body.isApprox(s[1].earth_from_body, 1e-9));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("sixteenths of a degree")));
   EXPECT_TRUE(read_from_text("t,roll [rad],pitch [rad],yaw [rad]\n1,0,0,0.5\n")[0].earth_from_body.isApprox(
       so3::exp(Vector3d(0, 0, 0.5)), 1e-9));
 }

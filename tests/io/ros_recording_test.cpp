@@ -278,6 +278,95 @@ TEST(RosRecording, RefusesDamagedMessagesAndOtherDatabases) {
               AllOf(HasSubstr("no topic with depth images"), HasSubstr("/imu (sensor_msgs/Imu, 1 messages)")));
 }
 
+/// The encoder of Wilson 2017, as compressed_depth_image_transport has it.
+std::string rvl(const std::vector<std::uint16_t>& readings) {
+  std::vector<std::uint32_t> nibbles;
+  const auto put = [&](std::uint32_t value) {
+    do {
+      const std::uint32_t nibble = value & 7;
+      value >>= 3;
+      nibbles.push_back(value != 0 ? nibble | 8 : nibble);
+    } while (value != 0);
+  };
+  int previous = 0;
+  for (std::size_t i = 0; i < readings.size();) {
+    std::size_t values = i;
+    while (values < readings.size() && readings[values] == 0) ++values;
+    std::size_t end = values;
+    while (end < readings.size() && readings[end] != 0) ++end;
+    put(static_cast<std::uint32_t>(values - i));
+    put(static_cast<std::uint32_t>(end - values));
+    for (i = values; i < end; ++i) {
+      const int delta = readings[i] - previous;
+      put(static_cast<std::uint32_t>((delta << 1) ^ (delta >> 31)));
+      previous = readings[i];
+    }
+  }
+  std::string bytes;
+  for (std::size_t i = 0; i < nibbles.size(); i += 8) {
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 8; ++k) word = word << 4 | (i + k < nibbles.size() ? nibbles[i + k] : 0);
+    bytes += little(word);
+  }
+  return bytes;
+}
+
+TEST(RosRecording, ReadsDepthPackedByRvl) {
+  std::vector<std::uint16_t> readings(static_cast<std::size_t>(kWidth * kHeight));
+  for (std::size_t i = 0; i < readings.size(); ++i)
+    readings[i] = static_cast<std::uint16_t>(i % 7 == 0 || i < 20 ? 0 : 1000 + 37 * i % 4001);
+  readings[30] = 65535;
+  const std::string data =
+      std::string(12, '\0') + little(std::uint32_t{kWidth}) + little(std::uint32_t{kHeight}) + rvl(readings);
+  const auto image_of = [&](const std::string& bytes) {
+    const std::string message =
+        RosMessage({false}).header(time_of(0), "depth").text("16UC1; compressedDepth rvl").data(bytes).bytes();
+    return ros::depth_of(ros::parse_image(message, Wire::ros1, true, "x"), "x");
+  };
+  EXPECT_EQ(image_of(data).width, kWidth);
+  EXPECT_EQ(image_of(data).pixels, readings);
+  EXPECT_THAT(error_of([&] { image_of(data.substr(0, data.size() - 8)); }), HasSubstr("cut off"));
+  EXPECT_THAT(error_of([&] { image_of(data.substr(0, 14)); }), HasSubstr("cut off"));
+}
+
+ColorImage color_of(const std::string& encoding, int width, int height, const std::string& data) {
+  const std::string message = image_message({false}, time_of(0), "c", width, height, encoding, data);
+  return ros::color_of(ros::parse_image(message, Wire::ros1, false, "x"), "x");
+}
+
+TEST(RosRecording, ReadsYuv) {
+  // Red and white of BT.601, two pixels with one chroma.
+  const std::string red = "\x52\x5a\x52\xf0", uyvy = "\x5a\x52\xf0\xeb";
+  const ColorImage a = color_of("yuv422_yuy2", 2, 1, red);
+  EXPECT_NEAR(a.at(0, 0, 0), 255, 2);
+  EXPECT_NEAR(a.at(1, 0, 1), 0, 2);
+  EXPECT_NEAR(a.at(1, 0, 2), 0, 2);
+  const ColorImage b = color_of("yuv422", 2, 1, uyvy);
+  EXPECT_EQ(b.at(0, 0, 0), a.at(0, 0, 0));
+  EXPECT_GT(b.at(1, 0, 1), 100) << "the second pixel's own luma";
+  EXPECT_THAT(error_of([] { color_of("yuv422", 3, 1, "abcdef"); }), HasSubstr("odd width"));
+}
+
+TEST(RosRecording, ReadsBayer) {
+  // A plain of (200, 100, 50) behind each of the four filters.
+  for (const auto& [encoding, tile] :
+       {std::pair("bayer_rggb8", "RGGB"), {"bayer_bggr8", "BGGR"}, {"bayer_gbrg8", "GBRG"}, {"bayer_grbg8", "GRBG"}}) {
+    std::string data;
+    for (int y = 0; y < 6; ++y)
+      for (int x = 0; x < 8; ++x) {
+        const char filter = tile[2 * (y % 2) + x % 2];
+        data += static_cast<char>(filter == 'R' ? 200 : filter == 'G' ? 100 : 50);
+      }
+    const ColorImage color = color_of(encoding, 8, 6, data);
+    for (int y = 0; y < 6; ++y)
+      for (int x = 0; x < 8; ++x) {
+        EXPECT_EQ(color.at(x, y, 0), 200) << encoding << x << y;
+        EXPECT_EQ(color.at(x, y, 1), 100) << encoding << x << y;
+        EXPECT_EQ(color.at(x, y, 2), 50) << encoding << x << y;
+      }
+  }
+}
+
 TEST(RosRecording, NamesFormatsOfOtherPrograms) {
   const TempFolder folder;
   for (const char* name : {"a.oni", "a.klg", "a.r3d", "a.xef", "a.svo"}) {

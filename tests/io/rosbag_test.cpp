@@ -150,7 +150,7 @@ TEST(RosMessages, RefuseImpossibleImages) {
   EXPECT_THAT(error_of([&] { ros::depth_of(image, "x"); }), HasSubstr("holds fewer bytes"));
   image.width = 0;
   EXPECT_THAT(error_of([&] { ros::depth_of(image, "x"); }), HasSubstr("impossible size"));
-  image.encoding = "bayer_grbg8";
+  image.encoding = "bayer_grbg16";
   EXPECT_THAT(error_of([&] { ros::color_of(image, "x"); }), HasSubstr("no colour that can be read"));
 }
 

@@ -119,7 +119,9 @@ TEST(TumSequence, SortsAndThinsTheList) {
   const auto sequence = open_sequence(folder.path().string(), with_camera());
   ASSERT_EQ(sequence->size(), 3);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(letter(sequence->read(i)), i);
-  EXPECT_THAT(sequence->info().notes, ElementsAre(HasSubstr("sorted"), HasSubstr("1 depth images with the stamp")));
+  EXPECT_THAT(sequence->info().warnings[0].what,
+              AllOf(HasSubstr("run backwards in 1 place (a.png is 0.2 s before"), HasSubstr("sorted")));
+  EXPECT_THAT(sequence->info().warnings[1].what, HasSubstr("1 of the 4 depth images have the stamp of an earlier one"));
 }
 
 TEST(TumSequence, HalfWrittenLastLineIsLeftOut) {
@@ -313,7 +315,7 @@ TEST(SequenceCamera, OrderOfSources) {
 TEST(SequenceCamera, NamesAreAllKnown) {
   const TempFolder folder;
   const fs::path path = make_tum(folder.path() / "some");
-  EXPECT_EQ(camera_names().size(), 6u);
+  EXPECT_EQ(camera_names().size(), 7u);
   for (const std::string& name : camera_names()) {
     SequenceOptions options;
     options.camera = name;

@@ -249,7 +249,8 @@ TEST(Grid, IsEveryValueWithEveryOther) {
   ASSERT_EQ(runs.size(), 2U * 2U * 4U);  // none, ideal, two seeds
   EXPECT_EQ(runs[0].name, "one-plumbline");
   EXPECT_EQ(runs[0].folder, "/out/one-plumbline");
-  EXPECT_THAT(runs[0].arguments, ElementsAre("run", "/data/one", "-o", "/out/one-plumbline", "--preset", "plumbline"));
+  EXPECT_THAT(runs[0].arguments, ElementsAre("run", "/data/one", "-o", "/out/one-plumbline", "--preset", "plumbline",
+                                             "--orientation", "none"));
   EXPECT_EQ(runs.back().name, "two-paper-chip-bno055-seed2");
   EXPECT_THAT(app::command_text(runs.back().arguments),
               HasSubstr("--orientation /data/two/chip.txt --orientation-max-gap 0.5 --imu-model bno055 --imu-seed 2"));

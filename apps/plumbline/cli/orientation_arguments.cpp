@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <utility>
 
@@ -126,20 +127,26 @@ std::string sensor_of(const SequenceInfo& info) {
 
 std::string seconds_text(double first, double final) { return fmt::format("{:.3f} to {:.3f} s", first, final); }
 
-/// The unit that the sensor's stamps seem to be in, if with it they would lie at the frames.
+/// The unit that the sensor's stamps seem to be in: with it they would lie at the frames, or, counted from another
+/// moment, span about as long as these.
 std::string unit_hint(double first, double final, double frames_first, double frames_final) {
   struct Unit {
     double factor;
     const char* text;
   };
-  for (const Unit& unit : {Unit{1e-3, "milliseconds where seconds are expected"},
-                           {1e-6, "microseconds where seconds are expected"},
-                           {1e-9, "nanoseconds where seconds are expected"},
-                           {1e3, "seconds, and the frames' in milliseconds"},
-                           {1e6, "seconds, and the frames' in microseconds"},
-                           {1e9, "seconds, and the frames' in nanoseconds"}})
+  constexpr std::array kUnits = {
+      Unit{1e-3, "milliseconds where seconds are expected"}, Unit{1e-6, "microseconds where seconds are expected"},
+      Unit{1e-9, "nanoseconds where seconds are expected"},  Unit{1e3, "seconds, and the frames' in milliseconds"},
+      Unit{1e6, "seconds, and the frames' in microseconds"}, Unit{1e9, "seconds, and the frames' in nanoseconds"}};
+  for (const Unit& unit : kUnits)
     if (first * unit.factor <= frames_final && final * unit.factor >= frames_first)
       return fmt::format("the sensor's stamps seem to be in {}", unit.text);
+  constexpr double kAlike = 10;  // a sensor that was started or ended at another time
+  const double ratio = (final - first) / (frames_final - frames_first);
+  for (const Unit& unit : kUnits)
+    if (ratio * unit.factor < kAlike && ratio * unit.factor > 1 / kAlike && (ratio > 100 || ratio < 0.01))
+      return fmt::format("by their span the sensor's stamps seem to be in {}, and to count from another moment",
+                         unit.text);
   return "";
 }
 
@@ -247,6 +254,18 @@ std::string overlap_problem(const OrientationStream& stream, const Sequence& seq
                             frames_first - first);
 }
 
+std::string coverage_note(const OrientationStream& stream, const Sequence& sequence) {
+  int served = 0;
+  for (int i = 0; i < sequence.size(); ++i)
+    served += stream.lookup(sequence.time(i)).status == OrientationStatus::ok ? 1 : 0;
+  if (10 * served >= 9 * sequence.size()) return "";
+  return fmt::format(
+      "the sensor's readings lie at {} of the {} frames alone: the sensor's stamps are {}, the frames' {}", served,
+      sequence.size(),
+      seconds_text(to_seconds(stream.samples().front().time), to_seconds(stream.samples().back().time)),
+      seconds_text(to_seconds(sequence.info().first_time), to_seconds(sequence.info().last_time)));
+}
+
 RecordedOrientation recorded_orientation(const Sequence& sequence, const OrientationArguments& a) {
   const SequenceInfo& info = sequence.info();
   RecordedOrientation result;
@@ -279,6 +298,7 @@ RecordedOrientation recorded_orientation(const Sequence& sequence, const Orienta
   OrientationStream stream(with_error(model, std::move(samples)), options);
   if (const std::string problem = overlap_problem(stream, sequence); !problem.empty()) return leave_out(problem);
   result.inertial.emplace(imu.recording, options.body_from_camera, options.time_offset);
+  if (const std::string note = coverage_note(stream, sequence); !note.empty()) result.notes.push_back(note);
   result.stream.emplace(std::move(stream));
   result.source = fmt::format("the recording's own sensor ({})", name);
   return result;

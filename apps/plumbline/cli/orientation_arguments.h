@@ -55,6 +55,9 @@ RecordedOrientation recorded_orientation(const Sequence& sequence, const Orienta
 /// together.
 std::string overlap_problem(const OrientationStream& stream, const Sequence& sequence);
 
+/// Empty if most frames have a reading, else a sentence with the stamps of both.
+std::string coverage_note(const OrientationStream& stream, const Sequence& sequence);
+
 /// The stream that the options describe; empty without a file. Throws UsageError for values that are not of
 /// their option's form and a file that does not exist, Error for one that holds no orientations.
 /// `inertial`: if given, gets the readings of a gyroscope and an accelerometer, where the file has them.

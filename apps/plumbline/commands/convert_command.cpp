@@ -14,6 +14,7 @@
 #include "io/images/png.h"
 #include "io/imu_file.h"
 #include "io/prefetch.h"
+#include "io/recorded_camera.h"
 #include "io/trajectory.h"
 #include "plumbline/error.h"
 
@@ -43,15 +44,6 @@ void write_frame(const fs::path& folder, const Frame& frame, Lists* lists) {
   write_color_png((folder / "rgb" / (stamp + ".png")).string(), frame.color);
   lists->color += fmt::format("{0} rgb/{0}.png\n", stamp);
   ++lists->color_frames;
-}
-
-/// Camera and unit, so that the folder needs no options.
-void write_camera(const fs::path& folder, const SequenceInfo& info) {
-  const Pinhole& k = info.camera;
-  write_text(
-      folder / "camera.json",
-      fmt::format("{{\"width\": {}, \"height\": {}, \"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {}, \"scale\": {}}}\n",
-                  k.width, k.height, k.fx, k.fy, k.cx, k.cy, info.depth_scale));
 }
 
 /// Truth and readings of the inertial sensor, where there are some; what cannot be read is told.
@@ -90,7 +82,8 @@ int convert(const SequenceArguments& arguments, const std::string& output) {
     write_frame(folder, *frame, &lists);
   }
   for (const std::string& reason : frames.skipped()) say("note       frame skipped: {}", reason);
-  write_camera(folder, sequence->info());
+  const SequenceInfo& info = sequence->info();
+  write_camera_json(output, info.camera, info.depth_scale, info.body_from_camera);  // the folder needs no options
   write_companions(folder, *sequence);
   if (lists.color_frames > 0) write_text(folder / "rgb.txt", lists.color);
   write_text(folder / "depth.txt", lists.depth);

@@ -27,7 +27,7 @@ constexpr double kSlowSync = 0.5;  // seconds
 
 struct RecordArguments {
   CaptureArguments capture;
-  std::string output, intrinsics;
+  std::string output, intrinsics, mounting;
   double duration = 0;  // seconds, 0 = until Ctrl-C
   bool no_color = false, no_raw = false, quiet = false;
 };
@@ -37,6 +37,13 @@ std::optional<Pinhole> given_intrinsics(const std::string& text) {
   const std::vector<double> n = parse_numbers(text, 4, "--intrinsics", "fx,fy,cx,cy");
   return Pinhole{
       static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]), static_cast<float>(n[3]), 0, 0};
+}
+
+/// body_from_camera; empty where it is not given.
+std::optional<Eigen::Matrix3d> given_mounting(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  parse_numbers(text, 4, "--mounting", "\"QX QY QZ QW\"");
+  return parse_pose("0 0 0 " + text, "--mounting").rotation();
 }
 
 /// One recording from its devices to its files.
@@ -75,6 +82,7 @@ class Session {
       options.depth_scale = camera_->info().depth_scale;
       options.color = camera_->info().has_color;
     }
+    options.body_from_camera = given_mounting(arguments_.mounting);
     options.orientation = imu_ != nullptr;
     options.raw = imu_ != nullptr && !arguments_.no_raw;
     recorder_ = std::make_unique<capture::Recorder>(options);
@@ -200,6 +208,10 @@ void add_record_command(CLI::App& app, Command& chosen) {
       ->type_name("DIR");
   command->add_option("--intrinsics", arguments->intrinsics, "Pixels, in place of the camera's own")
       ->type_name("FX,FY,CX,CY");
+  command
+      ->add_option("--mounting", arguments->mounting,
+                   "body_from_camera of the sensor, kept in camera.json: a run then needs no --mounting")
+      ->type_name("\"QX QY QZ QW\"");
   command->add_option("--duration", arguments->duration, "Seconds, 0 for until Ctrl-C")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -207,7 +219,7 @@ void add_record_command(CLI::App& app, Command& chosen) {
   command->add_flag("--no-raw", arguments->no_raw, "No imu.csv: the orientation alone");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but errors");
   command->footer(
-      "Writes a TUM folder that `plumbline run` reads (depth/, rgb/, camera-intrinsics.txt), orientation.txt, imu.csv "
+      "Writes a TUM folder that `plumbline run` reads (depth/, rgb/, camera.json), orientation.txt, imu.csv "
       "and\nimu-calibration.txt. It is good at every moment: a crash or power loss costs the final second at most.");
   command->callback([arguments, &chosen] { chosen = [arguments] { return Session(*arguments).run(); }; });
 }

@@ -109,6 +109,8 @@ void set_up_orientation(const OrientationArguments& arguments, ReconstructionOpt
     options->unused = recorded.unused;
   } else if (options->orientation) {
     check_overlap(arguments, *options);
+    const std::string note = coverage_note(*options->orientation, *options->opened);
+    if (!note.empty()) options->orientation_notes.push_back(note);
   }
   if (options->orientation) options->sensor.has_heading = options->orientation->options().convention.has_heading;
 }

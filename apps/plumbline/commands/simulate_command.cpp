@@ -283,7 +283,7 @@ void add_simulate_command(CLI::App& app, Command& chosen) {
   add_threads_argument(*command, arguments->threads);
   command->add_flag("--quiet", arguments->quiet, "Print nothing but errors");
   command->footer(fmt::format(
-      "Writes a TUM folder that `plumbline run` reads (depth/, rgb/, camera-intrinsics.txt, groundtruth.txt), and "
+      "Writes a TUM folder that `plumbline run` reads (depth/, rgb/, camera.json, groundtruth.txt), and "
       "beside\n"
       "it orientation.txt (t qx qy qz qw, earth_from_body, east-north-up), imu.csv, scene.ply and scene.toml.\n"
       "The world is the scene's own: z up. Placed poses are written {}.",

@@ -12,6 +12,7 @@
 #include "io/imu_file.h"
 #include "io/mesh.h"
 #include "io/orientation_file.h"
+#include "io/recorded_camera.h"
 #include "io/trajectory.h"
 #include "plumbline/angles.h"
 #include "plumbline/mesh.h"
@@ -171,9 +172,7 @@ double write_simulated_sequence(const std::string& path, const Mesh& mesh, const
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
   const Trajectory poses = true_trajectory(sequence);
-  const Pinhole& k = sequence.camera.camera;
-  write_file((folder / "camera-intrinsics.txt").string(),
-             fmt::format("{} 0 {}\n0 {} {}\n0 0 1\n", k.fx, k.cx, k.fy, k.cy));
+  write_camera_json(path, sequence.camera.camera, sequence.camera.depth_scale, sequence.sensor.body_from_camera);
   write_tum_trajectory((folder / "groundtruth.txt").string(), poses);
   const std::vector<sim::InertialSample> samples =
       sim::simulate_sensor(sequence.world_from_camera, sequence.duration, sequence.start, sequence.sensor);

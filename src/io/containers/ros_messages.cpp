@@ -9,6 +9,8 @@
 
 #include "io/images/jpeg.h"
 #include "io/images/png.h"
+#include "io/images/raw_color.h"
+#include "io/images/rvl.h"
 #include "plumbline/error.h"
 
 namespace plumbline::ros {
@@ -146,14 +148,28 @@ DepthImage depth_of_raw(const Image& image, const std::string& name) {
   return depth;
 }
 
-/// compressed_depth_image_transport: a header of 12 bytes (a format, two parameters), then a PNG. Floats are stored as
-/// a/depth + b.
+/// Columns, rows (4 bytes each), and depth packed by RVL.
+DepthImage depth_of_rvl(const Image& image, std::string_view packed, const std::string& name) {
+  constexpr std::size_t kHeader = 8;
+  if (packed.size() < kHeader) fail(image, "is cut off", name);
+  std::array<std::uint32_t, 2> size{};
+  std::memcpy(size.data(), packed.data(), kHeader);
+  if (size[0] == 0 || size[1] == 0 || size[0] > kMaxSide || size[1] > kMaxSide)
+    fail(image, "has an impossible size", name);
+  DepthImage depth(static_cast<int>(size[0]), static_cast<int>(size[1]));
+  depth.pixels = decode_rvl(packed.substr(kHeader), depth.pixels.size(), name);
+  return depth;
+}
+
+/// compressed_depth_image_transport: a header of 12 bytes (a format, two parameters), then a PNG or RVL. Floats are
+/// stored as a/depth + b.
 DepthImage depth_of_packed(const Image& image, const std::string& name) {
   constexpr std::size_t kHeader = 12;
   if (image.data.size() < kHeader) fail(image, "is cut off", name);
   const std::string_view packed = image.data.substr(kHeader);
-  if (!is_png(packed)) fail(image, "is not packed as PNG", name);
-  DepthImage depth = decode_depth_png(packed, name);
+  const bool rvl = image.encoding.find("rvl") != std::string::npos;
+  if (!rvl && !is_png(packed)) fail(image, "is packed neither as PNG nor as RVL", name);
+  DepthImage depth = rvl ? depth_of_rvl(image, packed, name) : decode_depth_png(packed, name);
   if (!image.encoding.starts_with("32FC1")) return depth;
   float a = 0, b = 0;
   std::memcpy(&a, image.data.data() + 4, 4);
@@ -341,7 +357,8 @@ std::optional<double> depth_scale(const Image& image) {
 }
 
 bool is_color(const Image& image) {
-  if (!image.compressed) return color_layout(image) != nullptr;
+  if (!image.compressed)
+    return color_layout(image) != nullptr || yuv_order(image.encoding) || bayer_order(image.encoding);
   return !is_packed_depth(image) && (is_jpeg(image.data) || is_png(image.data));
 }
 
@@ -352,6 +369,17 @@ DepthImage depth_of(const Image& image, const std::string& name) {
 
 ColorImage color_of(const Image& image, const std::string& name) {
   if (image.compressed) return is_jpeg(image.data) ? decode_jpeg(image.data, name) : decode_color_png(image.data, name);
+  if (const auto yuv = yuv_order(image.encoding)) {
+    check_rows(image, 2, name);
+    if (image.width % 2 != 0) fail(image, "has an odd width", name);
+    return decode_yuv(reinterpret_cast<const std::uint8_t*>(image.data.data()), image.step,
+                      static_cast<int>(image.width), static_cast<int>(image.height), *yuv);
+  }
+  if (const auto bayer = bayer_order(image.encoding)) {
+    check_rows(image, 1, name);
+    return decode_bayer(reinterpret_cast<const std::uint8_t*>(image.data.data()), image.step,
+                        static_cast<int>(image.width), static_cast<int>(image.height), *bayer);
+  }
   const ColorLayout* layout = color_layout(image);
   if (layout == nullptr) fail(image, "is no colour that can be read", name);
   check_rows(image, layout->bytes, name);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "io/camera.h"
+#include "io/imu/joined_sensors.h"
 #include "io/stamped_lines.h"
 #include "plumbline/error.h"
 
@@ -121,23 +122,6 @@ std::vector<ImuSample> samples_of(const MessageStore& store, const MessageTopic&
   }
   sort_and_thin(&samples, "samples", notes);
   return samples;
-}
-
-/// The force at a moment between two samples that are not far from each other.
-std::optional<Eigen::Vector3d> force_at(const std::vector<ImuSample>& samples, Nanoseconds time) {
-  constexpr Nanoseconds kLongest = kNanosecondsPerSecond / 5, kBeyond = kNanosecondsPerSecond / 50;
-  const auto after = std::lower_bound(samples.begin(), samples.end(), time,
-                                      [](const ImuSample& sample, Nanoseconds t) { return sample.time < t; });
-  if (after == samples.end() || (after == samples.begin() && after->time > time)) {
-    const ImuSample& end = after == samples.end() ? samples.back() : samples.front();
-    if (std::abs(end.time - time) > kBeyond) return std::nullopt;
-    return end.specific_force;
-  }
-  if (after->time == time) return after->specific_force;
-  const ImuSample &a = *(after - 1), &b = *after;
-  if (b.time - a.time > kLongest) return std::nullopt;
-  const double part = static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time);
-  return Eigen::Vector3d(a.specific_force + part * (b.specific_force - a.specific_force));
 }
 
 }  // namespace
@@ -305,7 +289,7 @@ ImuRecording read_imu(const MessageStore& store, const ImuTopics& topics, std::v
     recording.samples = forces;
     return recording;
   }
-  recording.samples = joined(samples_of(store, *topics.gyroscope, notes), forces);
+  recording.samples = join_sensors(samples_of(store, *topics.gyroscope, notes), forces);
   add_note(notes, fmt::format("gyroscope and accelerometer come on topics apart ({} and {}) and were joined",
                               topics.gyroscope->name, topics.accelerometer->name));
   return recording;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <map>
 
 #include "io/formats/formats.h"
@@ -180,7 +181,7 @@ void fill(const SequenceOptions& options, const Images& images, const std::vecto
           SequenceList* list) {
   bool by_name = false;
   std::vector<StampedFile> files = stamped(depth, &by_name);
-  sort_and_thin("depth", &files, &list->notes);
+  order_depth(&files, &list->warnings);
   for (const StampedFile& file : files) list->entries.push_back({file.time, file.path});
   const auto of = [&](Kind kind) { return images.contains(kind) ? images.at(kind) : std::vector<fs::path>{}; };
   pair_by_number(of(Kind::confidence), &SequenceEntry::confidence, list);
@@ -188,10 +189,11 @@ void fill(const SequenceOptions& options, const Images& images, const std::vecto
   if (!of(Kind::other).empty())
     list->notes.push_back(fmt::format("{} is not used, because its name says neither depth nor colour",
                                       of(Kind::other).front().filename().string()));
-  list->groundtruth = find_groundtruth(list->folder);
+  take_truth(list);
   describe_by_files(list);
-  list->bits_are_rotated = has_rotated_bits(*list);
-  if (list->bits_are_rotated) {
+  if (has_rotated_bits(*list)) {
+    for (std::uint32_t value = 0; value < 65536; ++value)
+      list->reading_of.push_back(std::rotr(static_cast<std::uint16_t>(value), 3));
     list->depth_scale_source = "SUN3D's own (millimetres, bits turned back by 3)";
     list->depth_scale_is_guess = false;
   }

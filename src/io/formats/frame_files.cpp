@@ -7,6 +7,7 @@
 #include <map>
 
 #include "io/camera.h"
+#include "io/columns.h"
 #include "io/recorded_camera.h"
 #include "io/seven_scenes.h"
 #include "io/stamped_lines.h"
@@ -20,6 +21,7 @@ namespace fs = std::filesystem;
 constexpr const char* kListAdvice = "write each line as: seconds file-name";
 
 bool by_time(const StampedFile& a, const StampedFile& b) { return a.time < b.time; }
+bool same_time(const StampedFile& a, const StampedFile& b) { return a.time == b.time; }
 
 /// Leaves out files that are not there; returns how many.
 std::size_t drop_missing(std::vector<StampedFile>* files) {
@@ -56,6 +58,14 @@ std::vector<int> associate(const std::vector<StampedFile>& depth, const std::vec
   return color_of;
 }
 
+/// Whether two cameras see the same pixels, to a thousandth; sizes that are not told do not count.
+bool same_pixels(const Pinhole& a, const Pinhole& b) {
+  const float limit = 1e-3f * b.fx;
+  const bool same_size = a.width == 0 || b.width == 0 || (a.width == b.width && a.height == b.height);
+  return same_size && std::abs(a.fx - b.fx) < limit && std::abs(a.fy - b.fy) < limit && std::abs(a.cx - b.cx) < limit &&
+         std::abs(a.cy - b.cy) < limit;
+}
+
 }  // namespace
 
 bool is_file(const fs::path& path) {
@@ -77,15 +87,21 @@ std::vector<fs::directory_entry> entries_of(const fs::path& folder) {
   return entries;
 }
 
-std::vector<StampedFile> read_list(const fs::path& folder, const std::string& name, std::vector<std::string>* notes) {
-  const TextFile file((folder / name).string());
+std::vector<StampedFile> read_list(const std::string& name, SequenceList* list) {
+  const TextFile file((fs::path(list->folder) / name).string());
   std::vector<StampedFile> files;
-  read_lines(file, 2, notes, [&](const TextLine& line) {
+  const int decimals = file.lines().empty() ? 0 : decimals_by_size(first_field(file.lines().front()));
+  read_lines(file, 2, &list->notes, [&](const TextLine& line) {
     const std::string_view stamp = split_fields(line.text).front();
     const std::string_view path = trim(line.text.substr(stamp.size()));
     if (path.empty()) file.fail(line, "has no file name after the time", kListAdvice);
-    files.push_back({stamp_of(file, line, stamp, kListAdvice), (folder / path).string()});
+    files.push_back({stamp_of(file, line, stamp, kListAdvice, decimals), (fs::path(list->folder) / path).string()});
   });
+  if (decimals > 0)
+    list->warnings.push_back(
+        {fmt::format("the stamps of {} are taken for {}, by their size, where seconds are expected", name,
+                     unit_of_decimals(decimals)),
+         "Write each image's time in seconds, or check that this is so."});
   return files;
 }
 
@@ -104,23 +120,46 @@ void sort_and_thin(const std::string& what, std::vector<StampedFile>* files, std
     notes->push_back(fmt::format("the {} images were not listed in order of time and have been sorted", what));
   }
   const std::size_t before = files->size();
-  files->erase(std::unique(files->begin(), files->end(),
-                           [](const StampedFile& a, const StampedFile& b) { return a.time == b.time; }),
-               files->end());
+  files->erase(std::unique(files->begin(), files->end(), same_time), files->end());
   if (files->size() < before)
     notes->push_back(
         fmt::format("{} {} images with the stamp of an earlier one were left out", before - files->size(), what));
 }
 
-void keep_depth(const std::string& list, std::vector<StampedFile>* depth, std::vector<std::string>* notes) {
-  if (depth->empty()) throw Error("lists no depth images", list, kListAdvice);
+void order_depth(std::vector<StampedFile>* depth, std::vector<Warning>* warnings) {
+  int backwards = 0;
+  std::string first;
+  for (std::size_t i = 1; i < depth->size(); ++i)
+    if (const StampedFile& before = (*depth)[i - 1], &file = (*depth)[i]; file.time < before.time && backwards++ == 0)
+      first = fmt::format("{} is {:.3g} s before the one listed before it", fs::path(file.path).filename().string(),
+                          to_seconds(before.time - file.time));
+  if (backwards > 0)
+    warnings->push_back({fmt::format("the depth images' stamps run backwards in {} place{} ({}); the images have been "
+                                     "sorted by their stamps",
+                                     backwards, backwards == 1 ? "" : "s", first),
+                         "Check that the stamps are of one clock, and the images of one recording."});
+  const std::size_t listed = depth->size();
+  std::stable_sort(depth->begin(), depth->end(), by_time);
+  const auto doubled = std::adjacent_find(depth->begin(), depth->end(), same_time);
+  if (doubled == depth->end()) return;
+  const std::string where = fmt::format("{:.6f} s", to_seconds(doubled->time));
+  depth->erase(std::unique(depth->begin(), depth->end(), same_time), depth->end());
+  warnings->push_back({fmt::format("{} of the {} depth images have the stamp of an earlier one and were left out, the "
+                                   "first at {}",
+                                   listed - depth->size(), listed, where),
+                       "Give each image its own time."});
+}
+
+void keep_depth(const std::string& list_file, std::vector<StampedFile>* depth, SequenceList* list) {
+  if (depth->empty()) throw Error("lists no depth images", list_file, kListAdvice);
   const std::size_t listed = depth->size(), missing = drop_missing(depth);
   if (depth->empty())
-    throw Error(fmt::format("none of the {} listed depth images is there", listed), list,
+    throw Error(fmt::format("none of the {} listed depth images is there", listed), list_file,
                 "unpack the whole sequence, the folder of depth images included");
   if (missing > 0)
-    notes->push_back(fmt::format("{} of the {} listed depth images are missing and were left out", missing, listed));
-  sort_and_thin("depth", depth, notes);
+    list->notes.push_back(
+        fmt::format("{} of the {} listed depth images are missing and were left out", missing, listed));
+  order_depth(depth, &list->warnings);
 }
 
 void keep_color(std::vector<StampedFile>* color, std::vector<std::string>* notes) {
@@ -182,6 +221,8 @@ void take_recorded_camera(SequenceList* list) {
   const auto recorded = find_recorded_camera(list->folder);
   if (!recorded) return;
   list->camera = recorded->choice;
+  if (recorded->color && !same_pixels(*recorded->color, recorded->choice.camera)) list->color_camera = recorded->color;
+  if (recorded->body_from_camera) list->body_from_camera = recorded->body_from_camera;
   if (recorded->depth_scale <= 0) return;
   list->depth_scale = recorded->depth_scale;
   list->depth_scale_source = recorded->choice.source;

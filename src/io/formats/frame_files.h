@@ -40,9 +40,9 @@ void read_lines(const TextFile& file, std::size_t fields_needed, std::vector<std
   }
 }
 
-/// "seconds file", where the file's name may hold blanks.
-std::vector<StampedFile> read_list(const std::filesystem::path& folder, const std::string& name,
-                                   std::vector<std::string>* notes);
+/// "seconds file", where the file's name may hold blanks. Stamps of more digits than seconds since 1970 have are taken
+/// for milliseconds, microseconds or nanoseconds, which is warned of.
+std::vector<StampedFile> read_list(const std::string& name, SequenceList* list);
 
 /// Where most files have one and the same stamp, that says nothing: they are taken to be 1/30 s apart as they are
 /// listed. Returns whether that was so.
@@ -51,8 +51,12 @@ bool spread_equal_stamps(std::vector<StampedFile>* files);
 /// Order of time, one file a stamp. `what` names the files in notes.
 void sort_and_thin(const std::string& what, std::vector<StampedFile>* files, std::vector<std::string>* notes);
 
-/// The existing depth images of a list. Throws if there is none.
-void keep_depth(const std::string& list, std::vector<StampedFile>* depth, std::vector<std::string>* notes);
+/// Depth in order of time, one image a stamp. Stamps that run backwards or are doubled are warned of: a clock was set,
+/// or the list is made of two.
+void order_depth(std::vector<StampedFile>* depth, std::vector<Warning>* warnings);
+
+/// The existing depth images of `list_file`, ordered. Throws if there is none.
+void keep_depth(const std::string& list_file, std::vector<StampedFile>* depth, SequenceList* list);
 void keep_color(std::vector<StampedFile>* color, std::vector<std::string>* notes);
 
 /// Depth with the colour nearest in time, one to one. Both by time.
@@ -67,6 +71,10 @@ bool natural_less(const std::string& a, const std::string& b);
 
 /// The camera and the unit of depth that the recording's own files tell; they replace the format's.
 void take_recorded_camera(SequenceList* list);
+
+/// Poses that lie beside the listed frames: those of find_groundtruth(), else ScanNet's folder `pose` (pose/7.txt is of
+/// the depth image numbered 7), SUN3D's newest extrinsics/*.txt, or Redwood's .log (its frame k is the k-th image).
+void take_truth(SequenceList* list);
 
 /// groundtruth.txt, or ICL-NUIM's traj3.gt.freiburg; else empty.
 std::string find_groundtruth(const std::filesystem::path& folder);

@@ -13,13 +13,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// PNG in 7-Scenes and 3DMatch, JPEG in 12-Scenes and BundleFusion.
+std::string color_beside(const std::string& stem) {
+  for (const char* extension : {"color.png", "color.jpg"})
+    if (is_file(stem + extension)) return stem + extension;
+  return {};
+}
+
 bool list_sequence_folder(const SequenceOptions& options, SequenceList* list) {
   const std::vector<NumberedFile> depth = seven_scenes_files(list->folder, ".depth.png");
   if (depth.empty()) return false;
   bool has_color = false;
   for (const NumberedFile& file : depth) {
-    std::string color = file.path.substr(0, file.path.size() - std::string_view("depth.png").size()) + "color.png";
-    if (!options.color || !is_file(color)) color.clear();
+    const std::string stem = file.path.substr(0, file.path.size() - std::string_view("depth.png").size());
+    const std::string color = options.color ? color_beside(stem) : std::string();
     has_color = has_color || !color.empty();
     list->entries.push_back({time_at_30_hz(file.number), file.path, color});
   }
@@ -27,9 +34,10 @@ bool list_sequence_folder(const SequenceOptions& options, SequenceList* list) {
   list->format_camera = "7scenes";
   list->depth_scale = 1000;
   list->depth_scale_source = "the format's own (7-Scenes, millimetres)";
-  list->saturated_is_invalid = true;
+  for (std::uint32_t value = 0; value < 65536; ++value)
+    list->reading_of.push_back(value == 65535 ? std::uint16_t{0} : static_cast<std::uint16_t>(value));
   take_recorded_camera(list);
-  if (has_color)
+  if (has_color && !list->camera)
     list->notes.emplace_back("7-Scenes' colour images are not registered to depth; colours lie a few pixels off");
   if (!seven_scenes_files(list->folder, ".pose.txt").empty()) list->groundtruth = list->folder;
   return true;

@@ -17,15 +17,15 @@ constexpr const char* kAssociationsAdvice = "write each line as: seconds depth-f
 
 void list_stamped_files(const SequenceOptions& options, SequenceList* list) {
   const fs::path folder = list->folder;
-  std::vector<StampedFile> depth = read_list(folder, "depth.txt", &list->notes), color;
+  std::vector<StampedFile> depth = read_list("depth.txt", list), color;
   const bool equal = spread_equal_stamps(&depth);
   if (equal)
     list->warnings.push_back(
         {"most images in depth.txt have the same stamp; they are taken to be 1/30 s apart, a guess",
          "Write each image's time in seconds into depth.txt."});
-  keep_depth((folder / "depth.txt").string(), &depth, &list->notes);
+  keep_depth((folder / "depth.txt").string(), &depth, list);
   if (options.color && is_file(folder / "rgb.txt")) {
-    color = read_list(folder, "rgb.txt", &list->notes);
+    color = read_list("rgb.txt", list);
     if (equal) spread_equal_stamps(&color);
     keep_color(&color, &list->notes);
   }
@@ -66,7 +66,7 @@ void list_associations(const SequenceOptions& options, Associations pairs, Seque
   std::vector<std::pair<std::string, std::string>> color_of;
   for (std::size_t i = 0; i < pairs.depth.size(); ++i) color_of.emplace_back(pairs.depth[i].path, pairs.color[i]);
   std::stable_sort(color_of.begin(), color_of.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  keep_depth((fs::path(list->folder) / "associations.txt").string(), &pairs.depth, &list->notes);
+  keep_depth((fs::path(list->folder) / "associations.txt").string(), &pairs.depth, list);
 
   std::size_t missing = 0;
   for (const StampedFile& depth : pairs.depth) {

@@ -105,13 +105,19 @@ void copy_numbers(const Layout& layout, Image<float>* depth) {
 
 }  // namespace
 
+bool is_ppm(std::string_view bytes) { return bytes.starts_with("P6") && bytes.size() > 2; }
 bool is_pgm(std::string_view bytes) { return bytes.starts_with("P5") && bytes.size() > 2; }
 bool is_npy(std::string_view bytes) { return bytes.starts_with("\x93NUMPY"); }
 
 ImageHeader read_pgm_header(std::string_view bytes, const std::string& name) {
   const Layout layout = pgm_layout(bytes, name);
-  return {layout.width,      layout.height, 8 * layout.bytes, fmt::format("{}-bit grey PGM", 8 * layout.bytes),
-          layout.bytes == 2, false};
+  const bool grey = is_pgm(bytes);
+  return {layout.width,
+          layout.height,
+          8 * layout.bytes,
+          fmt::format("{}-bit {}", 8 * layout.bytes, grey ? "grey PGM" : "RGB PPM"),
+          grey && layout.bytes == 2,
+          false};
 }
 
 ImageHeader read_npy_header(std::string_view bytes, const std::string& name) {
@@ -133,6 +139,16 @@ Image<float> decode_depth_pgm(std::string_view bytes, const std::string& name) {
     depth.pixels[i] = static_cast<float>(static_cast<std::uint8_t>(layout.data[2 * i]) * 256 +
                                          static_cast<std::uint8_t>(layout.data[2 * i + 1]));
   return depth;
+}
+
+ColorImage decode_color_ppm(std::string_view bytes, const std::string& name) {
+  Layout layout = pgm_layout(bytes, name);
+  if (layout.bytes != 1) fail("8 bits a channel are expected, but the file is a 16-bit PPM", name);
+  layout.bytes = 3;  // a pixel
+  check(layout, name);
+  ColorImage color(layout.width, layout.height, 3);
+  std::memcpy(color.pixels.data(), layout.data.data(), color.pixels.size());
+  return color;
 }
 
 Image<float> decode_depth_npy(std::string_view bytes, const std::string& name) {

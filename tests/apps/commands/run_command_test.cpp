@@ -276,6 +276,7 @@ TEST_F(RunCommand, AFrameWithoutAReadingSaysWhy) {
   EXPECT_EQ(use.front(), "before the orientation's start");
   EXPECT_EQ(use.back(), "used");
   EXPECT_EQ(summary(output())["lost"], 0);
+  EXPECT_THAT(run.out, HasSubstr("the sensor's readings lie at")) << "and the start says so, too";
 }
 
 TEST_F(RunCommand, ReadingsThatLieAtNoFrameAreAnError) {
@@ -289,6 +290,10 @@ TEST_F(RunCommand, ReadingsThatLieAtNoFrameAreAnError) {
   for (StampedPose& pose : truth) pose.time = 1000 * (pose.time - from_seconds(500));
   write_tum_trajectory(path("shifted.txt"), truth);
   EXPECT_THAT(plumbline(words).err, HasSubstr("seem to be in milliseconds"));
+  for (StampedPose& pose : truth) pose.time += from_seconds(1e6);
+  write_tum_trajectory(path("shifted.txt"), truth);
+  EXPECT_THAT(plumbline(words).err,
+              AllOf(HasSubstr("by their span"), HasSubstr("milliseconds"), HasSubstr("another moment")));
 }
 
 TEST_F(RunCommand, ASensorOfTheRecordingThatIsNotUsedSaysWhy) {
