@@ -33,6 +33,7 @@ struct FrameReport {
   bool is_after_interruption = false;  ///< nothing linked it to the previous accepted frame
   bool is_recovered = false;           ///< its place was recognised among those that are known
   OrientationUse orientation = OrientationUse::off;
+  double sensor_lateness = 0;       ///< seconds by which the inertial sensor's stamps are late, as estimated so far
   int starts = 1;                   ///< poses that registration was begun from
   double seed_angle = 0;            ///< radians from the previous pose to the seed, the best of them
   double seed_to_result_angle = 0;  ///< radians from the seed to the estimate

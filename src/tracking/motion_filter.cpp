@@ -29,6 +29,10 @@ constexpr double kSteadyTurn = 0.3, kSteadySpeed = 1.5;
 // Random walks per √s: of a rotation by its gyroscope (and by its scale, per rad/s), and of the biases.
 constexpr double kRotationWalk = 0.003, kScaleWalk = 0.003, kGyroscopeBiasWalk = 1e-4, kAccelerometerBiasWalk = 3e-3;
 
+bool is_finite(const ImuSample& reading) {
+  return reading.angular_rate.allFinite() && reading.specific_force.allFinite();
+}
+
 ImuSample interpolated(const ImuSample& a, const ImuSample& b, Nanoseconds time) {
   const double share = static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time);
   ImuSample sample;
@@ -66,7 +70,8 @@ void MotionFilter::start(const SE3& world_from_camera, Nanoseconds time, const s
   covariance_(kTimeOffset, kTimeOffset) = kStartTimeOffset * kStartTimeOffset;
   if (readings.empty()) return;
   remember(readings);
-  const ImuSample& nearest = nearest_to(time, readings);
+  if (readings_.empty()) return;
+  const ImuSample& nearest = nearest_to(time, readings_);
   rate_ = nearest.angular_rate;
   if (parameters_.accelerometer) set_gravity(nearest.specific_force);
 }
@@ -84,12 +89,18 @@ void MotionFilter::remember(const std::vector<ImuSample>& readings) {
   const Nanoseconds oldest = time_ - from_seconds(kMemory);
   std::erase_if(readings_, [&](const ImuSample& reading) { return reading.time < oldest; });
   for (const ImuSample& reading : readings)
-    if (readings_.empty() || reading.time > readings_.back().time) readings_.push_back(reading);
+    if (is_finite(reading) && (readings_.empty() || reading.time > readings_.back().time)) readings_.push_back(reading);
 }
 
 void MotionFilter::propagate(const std::vector<ImuSample>& readings, Nanoseconds time) {
-  remember(readings);
   is_inertial_ = false;
+  if (!readings.empty()) follow_readings(readings, time);
+  if (time_ < time) step_steadily(to_seconds(time - time_));
+  time_ = time;
+}
+
+void MotionFilter::follow_readings(const std::vector<ImuSample>& readings, Nanoseconds time) {
+  remember(readings);
   const Nanoseconds offset = from_seconds(time_offset_);
   for (std::size_t i = 0; i + 1 < readings_.size(); ++i) {
     const ImuSample &a = readings_[i], &b = readings_[i + 1];
@@ -101,8 +112,6 @@ void MotionFilter::propagate(const std::vector<ImuSample>& readings, Nanoseconds
     time_ = to;
     is_inertial_ = true;
   }
-  if (time_ < time) step_steadily(to_seconds(time - time_));
-  time_ = time;
 }
 
 void MotionFilter::step(const ImuSample& from, const ImuSample& to) {

@@ -46,6 +46,7 @@ class MotionFilter {
   bool is_inertial() const { return is_inertial_; }
 
  private:
+  void follow_readings(const std::vector<ImuSample>& readings, Nanoseconds time);
   void remember(const std::vector<ImuSample>& readings);
   /// From one reading to the next.
   void step(const ImuSample& from, const ImuSample& to);

@@ -118,6 +118,7 @@ Json orientation_json(const Reconstruction& run) {
           {"missing", count(OrientationUse::missing)},
           {"distrusted", count(OrientationUse::distrusted)},
           {"dropped", count(OrientationUse::dropped)},
+          {"lateness_s", run.frames.empty() ? 0.0 : run.frames.back().sensor_lateness},
           {"notes", run.orientation_notes},
           {"message", run.orientation_message.empty() ? Json() : Json(run.orientation_message)}};
 }

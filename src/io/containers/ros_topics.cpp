@@ -264,22 +264,6 @@ ImuTopics imu_topics(const MessageStore& store) {
   return apart;
 }
 
-namespace {
-
-/// The gyroscope's samples with the accelerometer's at their times.
-std::vector<ImuSample> joined(const std::vector<ImuSample>& rates, const std::vector<ImuSample>& forces) {
-  std::vector<ImuSample> samples;
-  for (ImuSample sample : rates) {
-    const auto force = force_at(forces, sample.time);
-    if (!force) continue;
-    sample.specific_force = *force;
-    samples.push_back(sample);
-  }
-  return samples;
-}
-
-}  // namespace
-
 ImuRecording read_imu(const MessageStore& store, const ImuTopics& topics, std::vector<std::string>* notes) {
   ImuRecording recording;
   recording.has_gyroscope = topics.gyroscope != nullptr;
