@@ -130,6 +130,15 @@ std::vector<std::string> volume_arguments(const std::string& preset) {
   return {"--set", "volume.side=6", "--set", "volume.offset=-0.4"};
 }
 
+namespace {
+
+std::vector<std::string> orientation_arguments(const DatasetSource& source, const Setup& setup, int seed) {
+  if (setup.sensor == "none") return {"--orientation", "none"};
+  return sensor_arguments({(fs::path(source.folder) / "groundtruth.txt").string(), setup.sensor, seed});
+}
+
+}  // namespace
+
 Run run_of(const ReproduceOptions& options, const DatasetSource& source, const Setup& setup, int seed, int frames) {
   Run run;
   run.name = fmt::format("{}-{}{}-{}-{}", source.key, setup.preset, setup.label.empty() ? "" : "-" + setup.label,
@@ -144,9 +153,7 @@ Run run_of(const ReproduceOptions& options, const DatasetSource& source, const S
   if (source.stride != 1) append({"--stride", std::to_string(source.stride)});
   append(volume_arguments(setup.preset));
   for (const std::string& setting : setup.settings) append({"--set", setting});
-  const std::string truth = (fs::path(source.folder) / "groundtruth.txt").string();
-  append(setup.sensor == "none" ? std::vector<std::string>{"--orientation", "none"}
-                                : sensor_arguments({truth, setup.sensor, seed}));
+  append(orientation_arguments(source, setup, seed));
   return run;
 }
 

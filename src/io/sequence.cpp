@@ -154,16 +154,22 @@ ImageHeader common_depth_header(const SequenceList& list) {
       ->first;
 }
 
-/// Files of real numbers say no unit: metres, unless most of the numbers are too large for a room.
-void check_float_unit(const SequenceList& list, std::vector<Warning>* warnings) {
+/// Whole numbers of a few images.
+std::vector<std::uint16_t> sampled_numbers(const SequenceList& list) {
   constexpr std::size_t kLooks = 5;
-  constexpr std::uint16_t kCentimetres = 30, kMillimetres = 400;
   std::vector<std::uint16_t> numbers;
   for (std::size_t i = 0; i < list.entries.size(); i += list.entries.size() / kLooks + 1) try {
       const DepthImage depth = read_depth_image(list.entries[i].depth, 1);
       std::copy_if(depth.pixels.begin(), depth.pixels.end(), std::back_inserter(numbers), [](auto v) { return v > 0; });
     } catch (const Error&) {  // its frame will tell
     }
+  return numbers;
+}
+
+/// Files of real numbers say no unit: metres, unless most of the numbers are too large for a room.
+void check_float_unit(const SequenceList& list, std::vector<Warning>* warnings) {
+  constexpr std::uint16_t kCentimetres = 30, kMillimetres = 400;
+  std::vector<std::uint16_t> numbers = sampled_numbers(list);
   if (numbers.empty()) return;
   const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
   std::nth_element(numbers.begin(), middle, numbers.end());

@@ -209,6 +209,13 @@ Mesh living_room() {
 
 // ---- kitchen
 
+/// Metres above the joints.
+double tile_relief(double x, double y) {
+  const double u = std::abs(std::fmod(std::abs(x) + 0.07, 0.14) - 0.07),
+               v = std::abs(std::fmod(std::abs(y) + 0.07, 0.14) - 0.07);
+  return std::max(u, v) > 0.064 ? 0.0 : 0.006;
+}
+
 void worktop(MeshBuilder& m, const SE3& pose, double width, Mesh::Rgb front) {
   const int units = std::max(1, static_cast<int>(width / 0.6 + 0.5));
   const double unit = width / units;
@@ -218,13 +225,8 @@ void worktop(MeshBuilder& m, const SE3& pose, double width, Mesh::Rgb front) {
   m.box(pose * stand(0, -0.31, 0.88), {width / 2 + 0.01, 0.31, 0.02},
         mottled({90, 92, 96}, {140, 142, 146}, {0.02, 0.02, 0.02}, 51));
   // Tiles behind it, their joints as relief.
-  const auto tile = [](double x, double y) {
-    const double u = std::abs(std::fmod(std::abs(x) + 0.07, 0.14) - 0.07),
-                 v = std::abs(std::fmod(std::abs(y) + 0.07, 0.14) - 0.07);
-    return std::max(u, v) > 0.064 ? 0.0 : 0.006;
-  };
   m.cell = 0.012;
-  m.sheet(pose * turned(0, -0.004, 1.18, kPi / 2, 0, 0), {width / 2, 0.28}, tile,
+  m.sheet(pose * turned(0, -0.004, 1.18, kPi / 2, 0, 0), {width / 2, 0.28}, tile_relief,
           checkered({226, 230, 224}, {188, 208, 206}, 0.14));
   m.cell = 0.03;
 }

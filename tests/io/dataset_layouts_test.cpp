@@ -9,6 +9,7 @@
 #include "io/recorded_camera.h"
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 #ifdef PLUMBLINE_OPENEXR

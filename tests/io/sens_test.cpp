@@ -10,6 +10,7 @@
 
 #include "io/recording.h"
 #include "plumbline/sequence.h"
+#include "support/error_of.h"
 #include "support/temp_folder.h"
 
 namespace plumbline {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "plumbline/angles.h"
 #include "sim/analytic_scene.h"
 #include "support/scenes.h"
 
@@ -19,7 +20,7 @@ Thumbnail thumbnail_of(const test::View& view) {
 
 SE3 turned(double degrees) {
   const SE3 pose = sim::orbit().front().world_from_camera;
-  return pose * SE3(so3::exp(Eigen::Vector3d(0, degrees * test::kRadiansPerDegree, 0)), {0, 0, 0});
+  return pose * SE3(so3::exp(Eigen::Vector3d(0, degrees * kRadiansPerDegree, 0)), {0, 0, 0});
 }
 
 TEST(Thumbnail, AveragesCells) {

@@ -95,18 +95,21 @@ void check_overlap(const OrientationArguments& arguments, const ReconstructionOp
                 "Give the readings of this recording, --orientation-offset, or --orientation none.");
 }
 
+void use_recorded(RecordedOrientation recorded, ReconstructionOptions* options) {
+  options->orientation = std::move(recorded.stream);
+  options->inertial = std::move(recorded.inertial);
+  options->orientation_source = recorded.source;
+  options->orientation_notes = std::move(recorded.notes);
+  options->unused = recorded.unused;
+}
+
 void set_up_orientation(const OrientationArguments& arguments, ReconstructionOptions* options) {
   options->orientation = load_orientation(arguments, &options->orientation_notes, &options->inertial);
   options->orientation_source = describe(arguments);
   if (arguments.path == kAutoOrientation || options->orientation)
     options->opened = open_sequence(options->sequence, options->input);
   if (arguments.path == kAutoOrientation) {
-    RecordedOrientation recorded = recorded_orientation(*options->opened, arguments);
-    options->orientation = std::move(recorded.stream);
-    options->inertial = std::move(recorded.inertial);
-    options->orientation_source = recorded.source;
-    options->orientation_notes = std::move(recorded.notes);
-    options->unused = recorded.unused;
+    use_recorded(recorded_orientation(*options->opened, arguments), options);
   } else if (options->orientation) {
     check_overlap(arguments, *options);
     const std::string note = coverage_note(*options->orientation, *options->opened);

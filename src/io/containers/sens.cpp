@@ -275,6 +275,16 @@ class SensSequence : public Sequence {
 };
 
 /// Colour through the intrinsics and extrinsics of both cameras; without, a note says why not.
+/// color_from_depth; nothing where the extrinsics are no motions.
+std::optional<SE3> between_cameras(const Header& header, const std::string& path) {
+  try {
+    const std::optional<SE3> color = motion(header.color.extrinsic, path), depth = motion(header.depth.extrinsic, path);
+    if (color && depth) return color->inverse() * *depth;
+  } catch (const Error&) {  // told by the caller
+  }
+  return std::nullopt;
+}
+
 std::optional<ColorRegistration> registration_of(const Header& header, const Pinhole& depth, const std::string& path,
                                                  std::vector<std::string>* notes) {
   const Pinhole color = pinhole(header.color, header.color_width, header.color_height);
@@ -282,17 +292,10 @@ std::optional<ColorRegistration> registration_of(const Header& header, const Pin
     notes->emplace_back("colour is not used, because its camera or its packing is not told");
     return std::nullopt;
   }
-  std::optional<SE3> of_color, of_depth;
-  try {
-    of_color = motion(header.color.extrinsic, path);
-    of_depth = motion(header.depth.extrinsic, path);
-  } catch (const Error&) {  // told below
-  }
-  if (!of_color || !of_depth) {
+  const std::optional<SE3> color_from_depth = between_cameras(header, path);
+  if (!color_from_depth)
     notes->emplace_back("the cameras' extrinsics are none; colour is taken to be of the depth camera's place, a guess");
-    return ColorRegistration{depth, color, {}, {}};
-  }
-  return ColorRegistration{depth, color, {}, of_color->inverse() * *of_depth};
+  return ColorRegistration{depth, color, {}, color_from_depth.value_or(SE3())};
 }
 
 void set_camera_and_scale(const Header& header, const SequenceOptions& options, SequenceInfo* info) {

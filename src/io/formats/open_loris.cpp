@@ -52,19 +52,21 @@ std::map<std::string, Section> read_sensors(const TextFile& file) {
 }
 
 /// fx, cx, fy, cy as the file's comment says, or fx, fy, cx, cy: told apart by fx and fy being equal or nearly so.
+/// Pixels; 0: not told.
+int side(const Section& section, const char* key) {
+  const bool known = section.contains(key) && section.at(key).size() == 1 && section.at(key)[0] <= 16384;
+  return known ? static_cast<int>(section.at(key)[0]) : 0;
+}
+
 CameraChoice camera_of(const std::map<std::string, Section>& sensors, std::string_view stream,
                        const std::string& path) {
   for (const auto& [name, section] : sensors) {
     if (!name.starts_with(stream) || !section.contains("intrinsics")) continue;
     const std::vector<double>& v = section.at("intrinsics");
     if (v.size() != 4) continue;
-    const auto side = [&](const char* key) {
-      const bool known = section.contains(key) && section.at(key).size() == 1 && section.at(key)[0] <= 16384;
-      return known ? static_cast<int>(section.at(key)[0]) : 0;
-    };
     const auto f = [&](std::size_t i) { return static_cast<float>(v[i]); };
     const bool crossed = std::abs(v[1] / v[0] - 1) > 0.1;
-    return {{f(0), f(crossed ? 2 : 1), f(crossed ? 1 : 2), f(3), side("width"), side("height")},
+    return {{f(0), f(crossed ? 2 : 1), f(crossed ? 1 : 2), f(3), side(section, "width"), side(section, "height")},
             {},
             fmt::format("sensors.yaml ({})", name),
             false};
