@@ -42,6 +42,13 @@ ImuSample interpolated(const ImuSample& a, const ImuSample& b, Nanoseconds time)
   return sample;
 }
 
+Vector6d difference(const SE3& a, const SE3& b) {
+  Vector6d d;
+  d.head<3>() = so3::log(Matrix3d(a.rotation() * b.rotation().transpose()));
+  d.tail<3>() = a.translation() - b.translation();
+  return d;
+}
+
 const ImuSample& nearest_to(Nanoseconds time, const std::vector<ImuSample>& readings) {
   return *std::min_element(readings.begin(), readings.end(), [&](const ImuSample& a, const ImuSample& b) {
     return std::abs(a.time - time) < std::abs(b.time - time);
@@ -155,11 +162,20 @@ void MotionFilter::step_steadily(double seconds) {
   add_variance(covariance_, kVelocity, kSteadySpeed, seconds);
 }
 
+double MotionFilter::rotation_surprise(const SE3& world_from_camera, const Matrix6d& covariance) const {
+  const Matrix6d predicted = pose_covariance(), information = covariance.inverse();
+  const Eigen::LDLT<Matrix6d> images(information - predicted.inverse());
+  if (images.info() != Eigen::Success || !images.isPositive()) return 0;
+  const Matrix6d images_covariance = images.solve(Matrix6d::Identity());
+  const Vector6d pull = images_covariance * (information * difference(world_from_camera, world_from_camera_));
+  const Matrix3d expected = (predicted + images_covariance).topLeftCorner<3, 3>();
+  const double surprise = pull.head<3>().dot(expected.inverse() * pull.head<3>());
+  return std::isfinite(surprise) ? surprise : 0;
+}
+
 void MotionFilter::correct(const SE3& world_from_camera, const Matrix6d& covariance) {
   const Matrix6d predicted = pose_covariance();
-  Vector6d innovation;
-  innovation.head<3>() = so3::log(Matrix3d(world_from_camera.rotation() * world_from_camera_.rotation().transpose()));
-  innovation.tail<3>() = world_from_camera.translation() - world_from_camera_.translation();
+  const Vector6d innovation = difference(world_from_camera, world_from_camera_);
   const Eigen::LDLT<Matrix6d> factors(predicted);
   const Eigen::Matrix<double, 6, 19> gain = factors.solve(covariance_.topRows<6>());
   covariance_ -= gain.transpose() * (predicted - covariance) * gain;

@@ -32,6 +32,11 @@ class MotionFilter {
   /// A registered pose with its covariance, which has the prediction in it: (θ, t), world axes, radians and metres.
   void correct(const SE3& world_from_camera, const Matrix6d& covariance);
 
+  /// How far the images alone turn the camera from the predicted pose: the squared distance normalised by both
+  /// covariances, of three degrees of freedom. Arguments as of `correct`, before it. 0 where the images hold no
+  /// rotation.
+  double rotation_surprise(const SE3& world_from_camera, const Matrix6d& covariance) const;
+
   const SE3& world_from_camera() const { return world_from_camera_; }
   /// Of (θ, t), world axes, radians² and metres².
   Matrix6d pose_covariance() const { return covariance_.topLeftCorner<6, 6>(); }

@@ -12,6 +12,8 @@ constexpr double kUsualInterval = 1.0 / 30;  // seconds, where stamps do not tel
 
 // So many frames at the start are also registered without the sensor, to judge it: a second at 30 Hz.
 constexpr int kProbation = 30;
+// And the first of these go by the images alone, where the readings explain no more.
+constexpr int kImagesDecide = 20;
 
 // What two registrations of one frame must differ by in their agreement.
 constexpr double kClearlyBetter = 0.15, kAsGood = 0.02;
@@ -35,6 +37,12 @@ TrackedFrame found_from(const SE3& seed, const TrackingResult& result, int start
   return found;
 }
 
+/// One in a thousand, if the sensor and the images err as they are expected to.
+bool is_surprised(const MotionFilter& filter, const TrackingResult& found) {
+  constexpr double kLimit = 16.3;  // χ² of three degrees of freedom
+  return found.rank == 6 && filter.rotation_surprise(found.world_from_camera, found.pose_covariance) > kLimit;
+}
+
 }  // namespace
 
 Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, const Backend& backend,
@@ -47,7 +55,8 @@ Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, con
              .motion = MotionModel(tracking_.speed_sigma, tracking_.speed_memory),
              .turn = {},
              .guide = OrientationGuide(orientation_, sensor),
-             .filter = MotionFilter(motion_),
+             .steady = MotionFilter(motion_),
+             .inertial = MotionFilter(motion_),
              .gyroscope = OrientationMonitor(orientation_.distrust)} {}
 
 TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>* trace) const {
@@ -78,10 +87,15 @@ bool Tracker::uses_filter(const Frame& frame) const {
   return (motion_.gyroscope && !frame.inertial.empty()) || (motion_.steady && !frame.earth_from_camera);
 }
 
-/// The filter at the time of a frame.
-MotionFilter Tracker::propagated(const std::vector<ImuSample>& readings, const Frame& frame) const {
-  MotionFilter filter = state_.filter;
-  filter.propagate(readings, frame.time);
+MotionFilter Tracker::steady_at(const Frame& frame) const {
+  MotionFilter filter = state_.steady;
+  filter.propagate({}, frame.time);
+  return filter;
+}
+
+MotionFilter Tracker::inertial_at(const Frame& frame) const {
+  MotionFilter filter = state_.inertial;
+  filter.propagate(frame.inertial, frame.time);
   return filter;
 }
 
@@ -91,37 +105,39 @@ TrackedFrame Tracker::track_filtered(const TrackerInput& input, TrackedFrame fou
   const bool has_readings = motion_.gyroscope && !input.frame.inertial.empty();
   if (!state_.is_initialised) {
     found.result.status = TrackingStatus::initialised;
-    if (has_readings) found.orientation = OrientationUse::first;
+    found.orientation = has_readings ? OrientationUse::first : state_.guide.use(input.frame.earth_from_camera);
     return found;
   }
-  if (!has_readings) return register_filtered(propagated({}, input.frame), input, trace);
-  const MotionFilter filter = propagated(input.frame.inertial, input.frame);
-  found = register_inertial(filter, input, trace);
-  if (filter.is_inertial())
-    found.turn = state_.filter.world_from_camera().rotation().transpose() * filter.world_from_camera().rotation();
+  if (has_readings) return register_inertial(inertial_at(input.frame), input, trace);
+  found = register_filtered(steady_at(input.frame), input, trace);
+  found.orientation = state_.guide.use(input.frame.earth_from_camera);
   return found;
 }
 
 TrackedFrame Tracker::register_filtered(const MotionFilter& filter, const TrackerInput& input,
                                         std::vector<IcpIteration>* trace) const {
   const Prediction expected = predict_filtered(filter, input.frame);
-  TrackedFrame found = register_unaided({input, expected}, trace);
-  found.filter = filter;
-  return found;
+  return register_unaided({input, expected}, trace);
 }
 
 /// From the readings, as long as the gyroscope turns as the images do; else as without them.
 TrackedFrame Tracker::register_inertial(const MotionFilter& filter, const TrackerInput& input,
                                         std::vector<IcpIteration>* trace) const {
-  if (!filter.is_inertial() || !state_.gyroscope.trusted()) {
-    TrackedFrame found = register_filtered(propagated({}, input.frame), input, trace);
-    found.orientation = filter.is_inertial() ? OrientationUse::distrusted : OrientationUse::missing;
-    return found;
+  const bool is_used = filter.is_inertial() && state_.gyroscope.trusted();
+  TrackedFrame found = register_filtered(is_used ? filter : steady_at(input.frame), input, trace);
+  found.orientation = is_used                ? OrientationUse::used
+                      : filter.is_inertial() ? OrientationUse::distrusted
+                                             : OrientationUse::missing;
+  if (is_used && (is_doubted(found) || is_surprised(filter, found.result))) {
+    const TrackedFrame steady = register_filtered(steady_at(input.frame), input, nullptr);
+    const bool images_decide = state_.probation < kImagesDecide && is_witness(steady.result, found.result);
+    found = better_of(std::move(found), steady);
+    if (images_decide) found.result = steady.result;  // until the sensor has proved itself
   }
-  TrackedFrame found = register_filtered(filter, input, trace);
-  found.orientation = OrientationUse::used;
-  if (!is_doubted(found)) return found;
-  return better_of(std::move(found), register_filtered(propagated({}, input.frame), input, nullptr));
+  found.inertial = filter;
+  if (filter.is_inertial())
+    found.turn = state_.inertial.world_from_camera().rotation().transpose() * filter.world_from_camera().rotation();
+  return found;
 }
 
 Prediction Tracker::predict_filtered(const MotionFilter& filter, const Frame& frame) const {
@@ -233,18 +249,31 @@ void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
     state_.turn.observe(previous.rotation(), current.rotation(), seconds);
     state_.previous_agreement = agreement(tracked.result);
   }
-  if (uses_filter(frame) && !tracked.is_first() && state_.filter.is_started()) {
-    state_.filter = tracked.filter;
-    state_.filter.correct(current, tracked.result.pose_covariance);
-  } else {
-    state_.filter.start(current, frame.time, frame.inertial);
-  }
+  correct_filters(frame, tracked);
   judge_gyroscope(tracked);
   state_.world_from_camera = current;
   state_.time = frame.time;
   state_.is_initialised = true;
   if (tracked.was_compared) ++state_.probation;
   state_.guide.observe(current, frame.earth_from_camera, tracked.witness);
+}
+
+void Tracker::correct_filters(const Frame& frame, const TrackedFrame& tracked) {
+  const SE3& current = tracked.result.world_from_camera;
+  const Matrix6d& covariance = tracked.result.pose_covariance;
+  if (tracked.is_first() || !state_.steady.is_started()) {
+    state_.steady.start(current, frame.time, {});
+    state_.inertial.start(current, frame.time, frame.inertial);
+    return;
+  }
+  state_.steady.propagate({}, frame.time);
+  state_.steady.correct(current, covariance);
+  if (tracked.inertial && state_.gyroscope.trusted()) {
+    state_.inertial = *tracked.inertial;
+    state_.inertial.correct(current, covariance);
+  } else {
+    state_.inertial.start(current, frame.time, frame.inertial);
+  }
 }
 
 /// By the turns of the images, where they owe the gyroscope nothing or nothing speaks against it.
@@ -266,7 +295,7 @@ void Tracker::resume(const Frame& frame, const TrackedFrame& recovered) {
 void Tracker::reject(const TrackedFrame& tracked) {
   if (tracked.was_compared) ++state_.probation;
   if (tracked.result.reason != LostReason::no_depth) state_.turn.forget();
-  if (tracked.filter.is_started()) state_.filter = tracked.filter;
+  if (tracked.inertial) state_.inertial = *tracked.inertial;
   judge_gyroscope(tracked);
 }
 

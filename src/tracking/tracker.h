@@ -47,7 +47,7 @@ struct TrackedFrame {
   SE3 world_from_seed;                     ///< where the registration started: the best of the starts
   int starts = 1;                          ///< that were tried
   bool was_compared = false;               ///< with a registration without the sensor
-  MotionFilter filter;                     ///< at the frame's time, before the images
+  std::optional<MotionFilter> inertial;    ///< by the sensor's readings at the frame's time, before the images
   std::optional<Eigen::Matrix3d> turn;     ///< since the previous frame, by the gyroscope
   bool is_after_interruption = false;      ///< nothing links it to the previous accepted frame
   bool is_recovered = false;               ///< its place was recognised among those that are known
@@ -67,8 +67,8 @@ struct TrackerState {
   MotionModel motion;
   SteadyTurn turn;
   OrientationGuide guide;
-  MotionFilter filter;
-  OrientationMonitor gyroscope;                                     ///< whether it turns as the images do
+  MotionFilter steady, inertial;  ///< which never, and which always, takes the sensor's readings
+  OrientationMonitor gyroscope;   ///< whether it turns as the images do
   Eigen::Matrix3d start_from_camera = Eigen::Matrix3d::Identity();  ///< by the gyroscope alone
 };
 
@@ -102,13 +102,15 @@ class Tracker {
   };
 
   bool uses_filter(const Frame& frame) const;
-  MotionFilter propagated(const std::vector<ImuSample>& readings, const Frame& frame) const;
+  MotionFilter steady_at(const Frame& frame) const;
+  MotionFilter inertial_at(const Frame& frame) const;
   Prediction predict(const Frame& frame) const;
   Prediction predict_filtered(const MotionFilter& filter, const Frame& frame) const;
   TrackedFrame register_filtered(const MotionFilter& filter, const TrackerInput& input,
                                  std::vector<IcpIteration>* trace) const;
   TrackedFrame register_inertial(const MotionFilter& filter, const TrackerInput& input,
                                  std::vector<IcpIteration>* trace) const;
+  void correct_filters(const Frame& frame, const TrackedFrame& tracked);
   void judge_gyroscope(const TrackedFrame& tracked);
   TrackedFrame track_filtered(const TrackerInput& input, TrackedFrame found, std::vector<IcpIteration>* trace) const;
   TrackedFrame register_aided(const Task& task, std::vector<IcpIteration>* trace) const;

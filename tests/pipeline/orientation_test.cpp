@@ -119,6 +119,7 @@ TEST(Orientation, AChipsErrorIsForgiven) {
 TEST(Orientation, WithoutASensorTheCameraIsExpectedToGoOnTurningOrToStay) {
   Parameters staying = small("plumbline");
   staying.tracking.speed_memory = 0;
+  staying.motion.steady = false;
   for (const Parameters& parameters : {small("plumbline"), staying}) {
     const test::Run run = slow().run(parameters, none);
     EXPECT_EQ(run.lost, 0);

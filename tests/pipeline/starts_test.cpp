@@ -21,6 +21,7 @@ Parameters small() {
   p.volume.resolution = 160;
   p.volume.side = 3.5;
   p.volume.offset = -0.1;
+  p.motion.steady = false;  // a hand in motion turns no 26 degrees at once: the search alone is tried here
   return p;
 }
 
