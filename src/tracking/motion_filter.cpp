@@ -26,6 +26,7 @@ constexpr double kStartPose = 1e-3, kStartSpeed = 0.5, kStartGyroscopeBias = 0.0
                  kStartGravityAcross = 0.5, kStartGravityAlong = 0.03, kStartTimeOffset = 0.03;
 // What a hand changes of its motion, per √s: radians without a gyroscope, m/s without an accelerometer.
 constexpr double kSteadyTurn = 0.3, kSteadySpeed = 1.5;
+constexpr double kMaxGyroscopeBias = 0.05;  // rad/s
 // Random walks per √s: of a rotation by its gyroscope (and by its scale, per rad/s), and of the biases.
 constexpr double kRotationWalk = 0.003, kScaleWalk = 0.003, kGyroscopeBiasWalk = 1e-4, kAccelerometerBiasWalk = 3e-3;
 
@@ -183,6 +184,8 @@ void MotionFilter::correct(const SE3& world_from_camera, const Matrix6d& covaria
 
   velocity_ += gain.middleCols<3>(kVelocity).transpose() * innovation;
   gyroscope_bias_ += gain.middleCols<3>(kGyroscopeBias).transpose() * innovation;
+  // A bias that no such chip has is a sensor that does not fit: it must not be explained away.
+  gyroscope_bias_ = gyroscope_bias_.cwiseMax(-kMaxGyroscopeBias).cwiseMin(kMaxGyroscopeBias);
   accelerometer_bias_ += gain.middleCols<3>(kAccelerometerBias).transpose() * innovation;
   time_offset_ = std::clamp(time_offset_ + gain.col(kTimeOffset).dot(innovation), -kMaxTimeOffset, kMaxTimeOffset);
   gravity_ += gain.middleCols<3>(kGravity).transpose() * innovation;

@@ -12,8 +12,10 @@ constexpr double kUsualInterval = 1.0 / 30;  // seconds, where stamps do not tel
 
 // So many frames at the start are also registered without the sensor, to judge it: a second at 30 Hz.
 constexpr int kProbation = 30;
-// And the first of these go by the images alone, where the readings explain no more.
-constexpr int kImagesDecide = 20;
+// The first of these go by the images alone, where the readings explain no more.
+constexpr int kImagesDecide = 16;
+// A gyroscope errs by little beside what it measures, unlike a chip's heading: as a part of a turn's square.
+constexpr double kGyroscopeDistrust = 0.25;
 
 // What two registrations of one frame must differ by in their agreement.
 constexpr double kClearlyBetter = 0.15, kAsGood = 0.02;
@@ -57,7 +59,7 @@ Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, con
              .guide = OrientationGuide(orientation_, sensor),
              .steady = MotionFilter(motion_),
              .inertial = MotionFilter(motion_),
-             .gyroscope = OrientationMonitor(orientation_.distrust)} {}
+             .gyroscope = OrientationMonitor(std::min(orientation_.distrust, kGyroscopeDistrust))} {}
 
 TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>* trace) const {
   // The first frame defines the world: it is where it is expected.

@@ -131,7 +131,7 @@ TEST(Inertial, ABrokenSensorDoesNoHarm) {
        }},
       {"rate of the other sign", rate([](const Vector3d& w) { return Vector3d(-w); })},
       {"rate in degrees", rate([](const Vector3d& w) { return Vector3d(w * kDegreesPerRadian); })},
-      {"rate too small by a half", rate([](const Vector3d& w) { return Vector3d(0.2 * w); })},
+      {"rate a fifth of what it is", rate([](const Vector3d& w) { return Vector3d(0.2 * w); })},
       {"rate stuck at zero", rate([](const Vector3d&) { return Vector3d(0, 0, 0); })},
       {"rate stuck", rate([](const Vector3d&) { return Vector3d(0.7, -0.4, 0.5); })},
       {"readings of another second",
