@@ -18,15 +18,15 @@
 namespace plumbline::capture {
 
 struct RecorderOptions {
-  std::string folder;             ///< created if missing; must hold no recording yet
-  std::optional<Pinhole> camera;  ///< empty: no images
-  double depth_scale = 1000;      ///< of the frames, readings per metre; written as TUM's 5000
+  std::string folder;                                    ///< created if missing; must hold no recording yet
+  std::optional<Pinhole> camera;                         ///< empty: no images
+  double depth_scale = 1000;                             ///< of the frames, readings per metre; written as TUM's 5000
   std::optional<Eigen::Matrix3d> body_from_camera = {};  ///< of the orientation sensor; empty: not known
-  bool color = false;             ///< frames have colour
-  bool orientation = false;       ///< there is an orientation sensor
-  bool raw = false;               ///< and it delivers its raw readings
-  std::size_t queue = 30;         ///< frames that may wait for the disk
-  double sync_interval = 0.4;     ///< seconds between two moments at which all is known to be on the disk
+  bool color = false;                                    ///< frames have colour
+  bool orientation = false;                              ///< there is an orientation sensor
+  bool raw = false;                                      ///< and it delivers its raw readings
+  std::size_t queue = 30;                                ///< frames that may wait for the disk
+  double sync_interval = 0.4;  ///< seconds between two moments at which all is known to be on the disk
 };
 
 struct RecorderStatus {
@@ -44,7 +44,8 @@ struct RecorderStatus {
 /// `finish` throw it.
 class Recorder {
  public:
-  /// Writes camera.json, which says all of the camera that the folder is opened with. Throws Error if the folder cannot be written to or holds a recording.
+  /// Writes camera.json, which says all of the camera that the folder is opened with. Throws Error if the folder cannot
+  /// be written to or holds a recording.
   explicit Recorder(const RecorderOptions& options);
   /// Without finish(): keeps what is there, ignoring errors.
   ~Recorder();

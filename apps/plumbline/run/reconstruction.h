@@ -43,7 +43,7 @@ struct ReconstructionOptions {
   std::function<void(const std::string& path, const Reconstruction& run)> write_report;  ///< none: it cannot
   std::optional<OrientationStream> orientation;
   OrientationSensor sensor;                    ///< of `orientation`, or of the live source
-  std::optional<ImuStream> inertial;  ///< its gyroscope and accelerometer, where it has them
+  std::optional<ImuStream> inertial;           ///< its gyroscope and accelerometer, where it has them
   std::string orientation_source;              ///< in words, for the summary
   std::vector<std::string> orientation_notes;  ///< what was odd about its file
   std::vector<int> pixel_use_frames;           ///< frames whose pixels' use is painted, by their index in the sequence
