@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "plumbline/angles.h"
 #include "tracking/starts.h"
 
 namespace plumbline {
@@ -15,7 +16,7 @@ constexpr int kProbation = 30;
 // The first of these go by the images alone, where the readings explain no more.
 constexpr int kImagesDecide = 16;
 // A gyroscope errs by little beside what it measures, unlike a chip's heading: as a part of a turn's square.
-constexpr double kGyroscopeDistrust = 0.25;
+constexpr double kGyroscopeDistrust = 0.1, kGyroscopeFloor = radians(1.5);
 
 // What two registrations of one frame must differ by in their agreement.
 constexpr double kClearlyBetter = 0.15, kAsGood = 0.02;
@@ -59,7 +60,7 @@ Tracker::Tracker(const Parameters& parameters, const SE3& world_from_camera, con
              .guide = OrientationGuide(orientation_, sensor),
              .steady = MotionFilter(motion_),
              .inertial = MotionFilter(motion_),
-             .gyroscope = OrientationMonitor(std::min(orientation_.distrust, kGyroscopeDistrust))} {}
+             .gyroscope = OrientationMonitor(std::min(orientation_.distrust, kGyroscopeDistrust), kGyroscopeFloor)} {}
 
 TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>* trace) const {
   // The first frame defines the world: it is where it is expected.
@@ -130,11 +131,13 @@ TrackedFrame Tracker::register_inertial(const MotionFilter& filter, const Tracke
   found.orientation = is_used                ? OrientationUse::used
                       : filter.is_inertial() ? OrientationUse::distrusted
                                              : OrientationUse::missing;
-  if (is_used && (is_doubted(found) || is_surprised(filter, found.result))) {
+  const bool surprised = is_used && is_surprised(filter, found.result);
+  if (is_used && (surprised || is_doubted(found))) {
     const TrackedFrame steady = register_filtered(steady_at(input.frame), input, nullptr);
-    const bool images_decide = state_.probation < kImagesDecide && is_witness(steady.result, found.result);
+    const bool images_decide =
+        (surprised || state_.probation < kImagesDecide) && is_witness(steady.result, found.result);
     found = better_of(std::move(found), steady);
-    if (images_decide) found.result = steady.result;  // until the sensor has proved itself
+    if (images_decide) found.result = steady.result;
   }
   found.inertial = filter;
   if (filter.is_inertial())

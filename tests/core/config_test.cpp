@@ -39,7 +39,7 @@ TEST(Config, TheDefaultIsThePresetPlumbline) {
   EXPECT_NO_THROW(validate(Parameters()));
 }
 
-TEST(Config, ThereAreFewEnoughKeysToRead) { EXPECT_LE(parameter_keys().size(), 42u); }
+TEST(Config, ThereAreFewEnoughKeysToRead) { EXPECT_LE(parameter_keys().size(), 47u); }
 
 TEST(Config, EveryPresetRoundTripsOverEveryOther) {
   for (const std::string& name : preset_names()) {

@@ -138,13 +138,16 @@ std::string unit_hint(double first, double final, double frames_first, double fr
       Unit{1e-3, "milliseconds where seconds are expected"}, Unit{1e-6, "microseconds where seconds are expected"},
       Unit{1e-9, "nanoseconds where seconds are expected"},  Unit{1e3, "seconds, and the frames' in milliseconds"},
       Unit{1e6, "seconds, and the frames' in microseconds"}, Unit{1e9, "seconds, and the frames' in nanoseconds"}};
-  for (const Unit& unit : kUnits)
-    if (first * unit.factor <= frames_final && final * unit.factor >= frames_first)
-      return fmt::format("the sensor's stamps seem to be in {}", unit.text);
   constexpr double kAlike = 10;  // a sensor that was started or ended at another time
   const double ratio = (final - first) / (frames_final - frames_first);
+  const auto spans_alike = [&](const Unit& unit) {
+    return ratio * unit.factor < kAlike && ratio * unit.factor > 1 / kAlike;
+  };
   for (const Unit& unit : kUnits)
-    if (ratio * unit.factor < kAlike && ratio * unit.factor > 1 / kAlike && (ratio > 100 || ratio < 0.01))
+    if (spans_alike(unit) && first * unit.factor <= frames_final && final * unit.factor >= frames_first)
+      return fmt::format("the sensor's stamps seem to be in {}", unit.text);
+  for (const Unit& unit : kUnits)
+    if (spans_alike(unit) && (ratio > 100 || ratio < 0.01))
       return fmt::format("by their span the sensor's stamps seem to be in {}, and to count from another moment",
                          unit.text);
   return "";

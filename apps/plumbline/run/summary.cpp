@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -147,6 +148,17 @@ double mean_iterations(const Reconstruction& run) {
   return static_cast<double>(iterations) / std::max(1, registered);
 }
 
+/// A clock that is far off is found badly: the result may be wrong although no frame is lost.
+std::string lateness_warning(const Reconstruction& run) {
+  constexpr double kUsual = 0.05;  // seconds
+  const double late = run.frames.empty() ? 0 : run.frames.back().sensor_lateness;
+  if (std::abs(late) <= kUsual) return "";
+  return fmt::format(
+      "warning    the inertial sensor's stamps seem to be {:.0f} ms {}: give --orientation-offset, which `plumbline "
+      "calibrate` finds, or --orientation none",
+      1e3 * std::abs(late), late > 0 ? "late" : "early");
+}
+
 }  // namespace
 
 Interruptions interruptions(const Reconstruction& run) {
@@ -241,8 +253,10 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
   if (run.live)
     lines.push_back(fmt::format("camera     {} frames, {} of them dropped for lack of time", run.live->captured,
                                 run.live->dropped));
-  if (!run.orientation.empty())
+  if (!run.orientation.empty()) {
     lines.push_back(fmt::format("sensor     used in {} frames", frames_with(run, OrientationUse::used)));
+    if (const std::string warning = lateness_warning(run); !warning.empty()) lines.push_back(warning);
+  }
   if (run.ate)
     lines.push_back(fmt::format("ATE        {:.4f} m rmse, {:.4f} m median, {:.4f} m max over {} pairs",
                                 run.ate->translation.rmse, run.ate->translation.median, run.ate->translation.max,
