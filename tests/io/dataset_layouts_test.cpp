@@ -1,4 +1,5 @@
 // Folders as data sets and apps leave them, each made here as its makers describe it.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <array>
