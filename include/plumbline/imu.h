@@ -19,6 +19,16 @@ struct ImuSample {
   std::optional<Eigen::Vector3d> magnetic_field = {};        ///< µT, body axes; empty where there is no reading
 };
 
+/// The rate and the force between two samples, linearly; without the magnetic field.
+inline ImuSample interpolated(const ImuSample& a, const ImuSample& b, Nanoseconds time) {
+  const double share = static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time);
+  ImuSample sample;
+  sample.time = time;
+  sample.angular_rate = a.angular_rate + share * (b.angular_rate - a.angular_rate);
+  sample.specific_force = a.specific_force + share * (b.specific_force - a.specific_force);
+  return sample;
+}
+
 /// Ordered by time, each stamp once.
 struct ImuRecording {
   std::vector<ImuSample> samples;

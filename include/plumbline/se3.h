@@ -139,4 +139,12 @@ PL_SHARED RigidTransform to_kernel(const SE3& a_from_b) {
   return k;
 }
 
+/// From pose b to pose a, rotation and translation apart: (log(R_a R_bᵀ), t_a − t_b), radians and metres.
+PL_SHARED Vector6d pose_difference(const SE3& a, const SE3& b) {
+  Vector6d difference;
+  difference.head<3>() = so3::log(Eigen::Matrix3d(a.rotation() * b.rotation().transpose()));
+  difference.tail<3>() = a.translation() - b.translation();
+  return difference;
+}
+
 }  // namespace plumbline

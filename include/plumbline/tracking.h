@@ -15,7 +15,7 @@ enum class TrackingStatus { initialised, tracked, provisional, lost };
 /// `unknown_place`: after an interruption no known place was recognised. `unconfirmed`: one was, and the frames after
 /// it contradicted it.
 enum class LostReason { none, no_depth, few_inliers, singular, implausible_step, unknown_place, unconfirmed };
-/// Whether a frame's pose is believed.
+/// Whether a frame has a pose to go on from.
 constexpr bool has_pose(TrackingStatus status) {
   return status == TrackingStatus::initialised || status == TrackingStatus::tracked;
 }

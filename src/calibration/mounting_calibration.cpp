@@ -28,7 +28,7 @@ constexpr double kTurn = radians(20), kMinTurn = radians(5), kMaxTurnSeconds = 1
 constexpr std::size_t kMaxTurns = 500, kMinTurns = 3;
 
 constexpr std::size_t kMinFrames = 30, kMaxFrames = 1500;
-constexpr double kShortest = 2;            // seconds
+constexpr double kMinDuration = 2;         // seconds
 constexpr double kMargin = 0.03;           // seconds of readings around a frame, for the offset to move in
 constexpr double kMinSpread = radians(5);  // rms about each of two axes; a hand that holds still has one or two
 constexpr double kMinCorrelation = 0.6;    // of angular speeds
@@ -155,7 +155,7 @@ void judge(const MountingOptions& options, MountingCalibration* c) {
     c->verdict = verdict;
     c->advice = std::move(advice);
   };
-  if (c->frames < kMinFrames || c->duration < kShortest)
+  if (c->frames < kMinFrames || c->duration < kMinDuration)
     return say(MotionVerdict::too_short, fmt::format("only {} frames over {:.1f} s have a pose and a reading. {}.",
                                                      c->frames, c->duration, kDance));
   if (c->spread[0] < kMinSpread || c->turns < kMinTurns)

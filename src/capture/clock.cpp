@@ -6,7 +6,7 @@
 namespace plumbline::capture {
 namespace {
 
-constexpr Nanoseconds kLongestDelay = kNanosecondsPerSecond / 5;
+constexpr Nanoseconds kMaxDelay = kNanosecondsPerSecond / 5;
 constexpr int kLateReadings = 5;       // in a row are no delay but another clock
 constexpr Nanoseconds kDrift = 10000;  // one part in so many: a poor quartz is off by 100 in a million
 
@@ -30,9 +30,9 @@ void DeviceClock::restart(Nanoseconds device, Nanoseconds arrival) {
 
 Nanoseconds DeviceClock::to_host(Nanoseconds device, Nanoseconds arrival) {
   const Nanoseconds difference = arrival - device;
-  if (!previous_ || device <= previous_->device || difference < offset_ - kLongestDelay) {
+  if (!previous_ || device <= previous_->device || difference < offset_ - kMaxDelay) {
     restart(device, arrival);
-  } else if (difference > offset_ + kLongestDelay) {
+  } else if (difference > offset_ + kMaxDelay) {
     if (++late_ >= kLateReadings) restart(device, arrival);
   } else {
     late_ = 0;

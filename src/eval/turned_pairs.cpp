@@ -11,8 +11,8 @@
 namespace plumbline::eval {
 namespace {
 
-constexpr Nanoseconds kSameStamp = 10'000;        // ns: stamps in files have at least six decimals, mostly
-constexpr Nanoseconds kLongestGap = 100'000'000;  // ns, over which a hand's motion is taken to be even
+constexpr Nanoseconds kSameStamp = 10'000;    // ns: stamps in files have at least six decimals, mostly
+constexpr Nanoseconds kMaxGap = 100'000'000;  // ns, over which a hand's motion is taken to be even
 
 /// Of one frame: the position and the unit quaternion, of which the sign is open.
 struct View {
@@ -76,7 +76,7 @@ std::optional<SE3> pose_at(const Trajectory& trajectory, Nanoseconds time) {
   if (after == trajectory.begin()) return std::nullopt;
   const StampedPose& before = *std::prev(after);
   if (time - before.time <= kSameStamp) return before.world_from_camera;
-  if (after == trajectory.end() || after->time - before.time > kLongestGap) return std::nullopt;
+  if (after == trajectory.end() || after->time - before.time > kMaxGap) return std::nullopt;
   const double share = to_seconds(time - before.time) / to_seconds(after->time - before.time);
   const SE3 &a = before.world_from_camera, &b = after->world_from_camera;
   return SE3(a.quaternion().slerp(share, b.quaternion()),

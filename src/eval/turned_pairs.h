@@ -33,7 +33,7 @@ struct TurnedPair {
 /// passed over.
 ///
 /// A frame's partner is, of the later frames within the options' bounds, the one with the smallest translation (then
-/// with the angle nearest to the one asked for, then the earliest). The frames are divided into `count` stretches of
+/// with the angle nearest to the requested one, then the earliest). The frames are divided into `count` stretches of
 /// equal length, and each stretch gives its best pair by the same order; while pairs are wanting, those stretches that
 /// have more give their next best, and where they offer more than are wanted the best of these are taken. O(n²), where
 /// most of the n² are left at the first look at their distance.

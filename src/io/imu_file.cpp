@@ -153,9 +153,9 @@ int guess_stamp_decimals(const std::vector<TextLine>& rows, std::size_t column) 
   if (intervals.empty()) return parse_double(first_field(rows.front())).value_or(0) > 1e15 ? 9 : 0;
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
   std::nth_element(intervals.begin(), middle, intervals.end());
-  constexpr double kLongest = 0.1;  // s
+  constexpr double kMaxInterval = 0.1;  // s
   for (const int decimals : {0, 3, 6})
-    if (*middle <= kLongest * std::pow(10, decimals)) return decimals;
+    if (*middle <= kMaxInterval * std::pow(10, decimals)) return decimals;
   return 9;
 }
 

@@ -118,9 +118,9 @@ void check_camera(const SequenceInfo& info, std::vector<Warning>* warnings) {
 
 /// The unit in which `interval` would be that of a camera's frames, if it is not one in seconds.
 const char* likely_unit(double interval) {
-  constexpr double kShortest = 1.0 / 500, kLongest = 5;
+  constexpr double kMinInterval = 1.0 / 500, kMaxInterval = 5;
   for (const int decimals : {0, 3, 6, 9})
-    if (const double seconds = interval * std::pow(10, -decimals); seconds >= kShortest && seconds <= kLongest)
+    if (const double seconds = interval * std::pow(10, -decimals); seconds >= kMinInterval && seconds <= kMaxInterval)
       return decimals == 0 ? "" : unit_of_decimals(decimals);
   return "another unit";
 }

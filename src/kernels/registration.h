@@ -111,7 +111,7 @@ struct Registration {
 /// What is to be summed up next.
 enum class RegistrationTask {
   pass,                ///< `IcpReduce` of the level
-  correction,          ///< `IcpCorrection`: the pass had the band of the previous median, now that of its own is known
+  correction,          ///< `IcpCorrection`: the pass had the band of the previous median, now its own median is known
   final_distribution,  ///< `IcpReduce` once more, for its distribution: the final iteration came sooner than expected
   finished
 };
@@ -162,7 +162,7 @@ PL_SHARED void prepare_pass(const Registration& r, RegistrationState* s) {
   if (r.rules.median_filter) r.rules.set_band(s->median_distance, &s->next.in);
 }
 
-/// The final iteration's pass once more, its distribution being all that is asked for. Without a band: only pairs
+/// The final iteration's pass once more, only for its distribution. Without a band: only pairs
 /// count.
 PL_SHARED void prepare_final_distribution(const Registration& r, RegistrationState* s) {
   s->next.task = RegistrationTask::final_distribution;

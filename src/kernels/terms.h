@@ -122,9 +122,7 @@ struct PosePrior {
 
   PL_SHARED NormalEquations evaluate(const Estimate& at) const {
     const SE3& pose = at.world_from_camera;
-    Vector6d residual;
-    residual.head<3>() = so3::log(Eigen::Matrix3d(pose.rotation() * expected.rotation().transpose()));
-    residual.tail<3>() = pose.translation() - expected.translation();
+    const Vector6d residual = pose_difference(pose, expected);
     // exp(ξ) on the left: log(exp(ω) exp(r)) ≈ r + J_l⁻¹(r) ω, and t moves to t + ω × t + v.
     Matrix6d jacobian = Matrix6d::Zero();
     jacobian.topLeftCorner<3, 3>() = so3::left_jacobian_inverse(residual.head<3>());

@@ -158,7 +158,7 @@ void Pipeline::State::report_pose(const TrackedFrame& tracked, FrameReport* repo
   report->tracking = tracked.result;
   report->orientation = tracked.orientation;
   report->starts = tracked.starts;
-  report->sensor_lateness = tracker.state().inertial.time_offset();
+  report->sensor_lateness = tracker.state().inertial.lateness();
   report->is_after_interruption = tracked.is_after_interruption;
   report->is_recovered = tracked.is_recovered;
   report->world_from_camera = tracker.world_from_camera();

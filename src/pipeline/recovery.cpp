@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-// Of a trial. Without it a place that looks the same turned by half a turn was believed; six frames later it had moved
+// Of a trial. Without it a place that looks the same turned by half a turn was accepted; six frames later it had moved
 // far enough to be seen through.
 constexpr double kSeenFrom = 0.25;  // radians, as pose_distance has them: another view
 constexpr int kMaxFrames = 30, kMaxFailures = 2;

@@ -38,7 +38,7 @@ class Recovery {
   /// Whether so much speaks against the place on trial that it is to be taken back.
   bool has_failed() const;
 
-  /// A frame that was fused, where it is believed to be.
+  /// A frame that was fused, at its accepted pose.
   void remember(const LiveFrame& live, const Frame& frame, const Tracker& tracker);
 
  private:

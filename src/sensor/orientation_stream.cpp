@@ -23,10 +23,10 @@ bool is_rotation(const Matrix3d& r) {
 }
 
 void validate(const OrientationStreamOptions& o) {
-  constexpr double kLongest = 1e3;  // seconds
+  constexpr double kMaxTime = 1e3;  // seconds
   if (!(std::abs(o.time_offset) <= 1e9))
     throw Error("the time offset is out of range", kWhere, "give seconds, up to a billion");
-  if (!(o.max_gap > 0 && o.max_gap <= kLongest) || !(o.max_extrapolation >= 0 && o.max_extrapolation <= kLongest))
+  if (!(o.max_gap > 0 && o.max_gap <= kMaxTime) || !(o.max_extrapolation >= 0 && o.max_extrapolation <= kMaxTime))
     throw Error("the longest gap or extrapolation is out of range", kWhere, "give seconds, up to 1000");
   if (!is_rotation(o.body_from_camera)) throw Error("the mounting is no rotation", kWhere, "give a unit quaternion");
 }

@@ -12,18 +12,18 @@ using Eigen::Vector3d;
 
 // Places of the parts of the error state.
 constexpr int kTheta = 0, kPosition = 3, kVelocity = 6, kGyroscopeBias = 9, kAccelerometerBias = 12, kGravity = 15,
-              kTimeOffset = 18;
+              kLateness = 18;
 
 constexpr double kStandardGravity = 9.81;  // m/s²
 // Longest time between two readings over which the rate is taken to be constant.
 constexpr double kMaxReadingGap = 0.1;  // seconds
 // Readings are kept for so long, as the sensor's clock may be off by up to the other.
-constexpr double kMemory = 0.5, kMaxTimeOffset = 0.15;  // seconds
+constexpr double kMemory = 0.5, kMaxLateness = 0.15;  // seconds
 
 // Standard deviations at the start: of a pose that defines the world, of a hand's speed, of a sensor's biases, and of
 // gravity by one reading of a hand that moves: across it and along it.
 constexpr double kStartPose = 1e-3, kStartSpeed = 0.5, kStartGyroscopeBias = 0.01, kStartAccelerometerBias = 0.1,
-                 kStartGravityAcross = 0.5, kStartGravityAlong = 0.03, kStartTimeOffset = 0.03;
+                 kStartGravityAcross = 0.5, kStartGravityAlong = 0.03, kStartLateness = 0.03;
 // What a hand changes of its motion, per √s: radians without a gyroscope, m/s without an accelerometer.
 constexpr double kSteadyTurn = 0.3, kSteadySpeed = 1.5;
 constexpr double kMaxGyroscopeBias = 0.05;  // rad/s
@@ -32,22 +32,6 @@ constexpr double kRotationWalk = 0.003, kScaleWalk = 0.003, kGyroscopeBiasWalk =
 
 bool is_finite(const ImuSample& reading) {
   return reading.angular_rate.allFinite() && reading.specific_force.allFinite();
-}
-
-ImuSample interpolated(const ImuSample& a, const ImuSample& b, Nanoseconds time) {
-  const double share = static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time);
-  ImuSample sample;
-  sample.time = time;
-  sample.angular_rate = a.angular_rate + share * (b.angular_rate - a.angular_rate);
-  sample.specific_force = a.specific_force + share * (b.specific_force - a.specific_force);
-  return sample;
-}
-
-Vector6d difference(const SE3& a, const SE3& b) {
-  Vector6d d;
-  d.head<3>() = so3::log(Matrix3d(a.rotation() * b.rotation().transpose()));
-  d.tail<3>() = a.translation() - b.translation();
-  return d;
 }
 
 const ImuSample& nearest_to(Nanoseconds time, const std::vector<ImuSample>& readings) {
@@ -75,7 +59,7 @@ void MotionFilter::start(const SE3& world_from_camera, Nanoseconds time, const s
   add_variance(covariance_, kVelocity, kStartSpeed, 1);
   add_variance(covariance_, kGyroscopeBias, kStartGyroscopeBias, 1);
   add_variance(covariance_, kAccelerometerBias, kStartAccelerometerBias, 1);
-  covariance_(kTimeOffset, kTimeOffset) = kStartTimeOffset * kStartTimeOffset;
+  covariance_(kLateness, kLateness) = kStartLateness * kStartLateness;
   if (readings.empty()) return;
   remember(readings);
   if (readings_.empty()) return;
@@ -109,14 +93,14 @@ void MotionFilter::propagate(const std::vector<ImuSample>& readings, Nanoseconds
 
 void MotionFilter::follow_readings(const std::vector<ImuSample>& readings, Nanoseconds time) {
   remember(readings);
-  const Nanoseconds offset = from_seconds(time_offset_);
+  const Nanoseconds late = from_seconds(lateness_);
   for (std::size_t i = 0; i + 1 < readings_.size(); ++i) {
     const ImuSample &a = readings_[i], &b = readings_[i + 1];
-    const Nanoseconds from = std::max(a.time - offset, time_), to = std::min(b.time - offset, time);
+    const Nanoseconds from = std::max(a.time - late, time_), to = std::min(b.time - late, time);
     if (from >= to || to_seconds(b.time - a.time) > kMaxReadingGap) continue;
     if (from > time_) step_steadily(to_seconds(from - time_));
     if (!has_gravity_ && parameters_.accelerometer) set_gravity(a.specific_force);
-    step(interpolated(a, b, from + offset), interpolated(a, b, to + offset));
+    step(interpolated(a, b, from + late), interpolated(a, b, to + late));
     time_ = to;
     is_inertial_ = true;
   }
@@ -136,13 +120,13 @@ void MotionFilter::step(const ImuSample& from, const ImuSample& to) {
   Covariance f = Covariance::Identity();
   block(f, kTheta, kGyroscopeBias) = -dt * rotation;
   // Readings of a time δτ later: the rate, and the force, of the end in exchange for that of the beginning.
-  f.block<3, 1>(kTheta, kTimeOffset) = rotation * (to.angular_rate - from.angular_rate);
+  f.block<3, 1>(kTheta, kLateness) = rotation * (to.angular_rate - from.angular_rate);
   block(f, kPosition, kVelocity) = dt * Matrix3d::Identity();
   if (has_gravity_) {
     block(f, kVelocity, kTheta) = -dt * hat(force);
     block(f, kVelocity, kAccelerometerBias) = -dt * rotation;
     block(f, kVelocity, kGravity) = dt * Matrix3d::Identity();
-    f.block<3, 1>(kVelocity, kTimeOffset) = rotation * (to.specific_force - from.specific_force);
+    f.block<3, 1>(kVelocity, kLateness) = rotation * (to.specific_force - from.specific_force);
   }
   covariance_ = f * covariance_ * f.transpose();
   add_variance(covariance_, kTheta, std::hypot(kRotationWalk, kScaleWalk * rate_.norm()), dt);
@@ -168,7 +152,7 @@ double MotionFilter::rotation_surprise(const SE3& world_from_camera, const Matri
   const Eigen::LDLT<Matrix6d> images(information - predicted.inverse());
   if (images.info() != Eigen::Success || !images.isPositive()) return 0;
   const Matrix6d images_covariance = images.solve(Matrix6d::Identity());
-  const Vector6d pull = images_covariance * (information * difference(world_from_camera, world_from_camera_));
+  const Vector6d pull = images_covariance * (information * pose_difference(world_from_camera, world_from_camera_));
   const Matrix3d expected = (predicted + images_covariance).topLeftCorner<3, 3>();
   const double surprise = pull.head<3>().dot(expected.inverse() * pull.head<3>());
   return std::isfinite(surprise) ? surprise : 0;
@@ -176,7 +160,7 @@ double MotionFilter::rotation_surprise(const SE3& world_from_camera, const Matri
 
 void MotionFilter::correct(const SE3& world_from_camera, const Matrix6d& covariance) {
   const Matrix6d predicted = pose_covariance();
-  const Vector6d innovation = difference(world_from_camera, world_from_camera_);
+  const Vector6d innovation = pose_difference(world_from_camera, world_from_camera_);
   const Eigen::LDLT<Matrix6d> factors(predicted);
   const Eigen::Matrix<double, 6, 19> gain = factors.solve(covariance_.topRows<6>());
   covariance_ -= gain.transpose() * (predicted - covariance) * gain;
@@ -187,7 +171,7 @@ void MotionFilter::correct(const SE3& world_from_camera, const Matrix6d& covaria
   // A bias that no such chip has is a sensor that does not fit: it must not be explained away.
   gyroscope_bias_ = gyroscope_bias_.cwiseMax(-kMaxGyroscopeBias).cwiseMin(kMaxGyroscopeBias);
   accelerometer_bias_ += gain.middleCols<3>(kAccelerometerBias).transpose() * innovation;
-  time_offset_ = std::clamp(time_offset_ + gain.col(kTimeOffset).dot(innovation), -kMaxTimeOffset, kMaxTimeOffset);
+  lateness_ = std::clamp(lateness_ + gain.col(kLateness).dot(innovation), -kMaxLateness, kMaxLateness);
   gravity_ += gain.middleCols<3>(kGravity).transpose() * innovation;
   if (!is_inertial_ && time_ > previous_corrected_time_)
     rate_ = so3::log(Matrix3d(previous_corrected_.rotation().transpose() * world_from_camera.rotation())) /

@@ -45,8 +45,8 @@ class MotionFilter {
   const Eigen::Vector3d& gravity() const { return gravity_; }                ///< m/s², world; zero without readings
   const Eigen::Vector3d& gyroscope_bias() const { return gyroscope_bias_; }  ///< rad/s, camera axes
   const Eigen::Vector3d& accelerometer_bias() const { return accelerometer_bias_; }  ///< m/s², camera axes
-  /// What must be added to a frame's time to find its readings, seconds: by how much the sensor's stamps are late.
-  double time_offset() const { return time_offset_; }
+  /// Seconds by which the sensor's stamps are late: a frame's readings have its time and this.
+  double lateness() const { return lateness_; }
   /// Whether the step to the present time was made by readings.
   bool is_inertial() const { return is_inertial_; }
 
@@ -64,7 +64,7 @@ class MotionFilter {
   SE3 world_from_camera_;
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero(), gyroscope_bias_ = Eigen::Vector3d::Zero(),
                   accelerometer_bias_ = Eigen::Vector3d::Zero(), gravity_ = Eigen::Vector3d::Zero();
-  double time_offset_ = 0;                          ///< seconds
+  double lateness_ = 0;                             ///< seconds
   std::vector<ImuSample> readings_;                 ///< of the recent time, ordered
   Eigen::Vector3d rate_ = Eigen::Vector3d::Zero();  ///< rad/s, camera axes, of the previous step
   SE3 previous_corrected_;                          ///< pose and time of the previous correction

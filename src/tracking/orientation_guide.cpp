@@ -12,7 +12,7 @@ namespace {
 // A third of a second at 30 Hz: long enough for a turn to stand out of the tracker's own error, short beside the
 // periods of a sensor's systematic error.
 constexpr std::size_t kSpanFrames = 10;
-constexpr std::size_t kShortestSpan = 4;
+constexpr std::size_t kMinSpanFrames = 4;
 constexpr double kDecay = 0.95;  // the latest twenty spans count
 constexpr double kMinSpans = 3;  // before these there is no judgement
 constexpr double kRegain = 0.5;  // of the limit: trust comes back later than it goes
@@ -51,7 +51,7 @@ std::string_view to_string(OrientationUse use) {
 void OrientationMonitor::observe(const Eigen::Matrix3d& earth_from_camera, const Eigen::Matrix3d& world_from_camera) {
   history_.push_back({earth_from_camera, world_from_camera});
   if (history_.size() > kSpanFrames + 1) history_.pop_front();
-  if (distrust_ <= 0 || history_.size() <= kShortestSpan) return;
+  if (distrust_ <= 0 || history_.size() <= kMinSpanFrames) return;
   const Pair& then = history_.front();
   const Eigen::Matrix3d sensor_turn = then.earth_from_camera.transpose() * earth_from_camera;
   const Eigen::Matrix3d tracked_turn = then.world_from_camera.transpose() * world_from_camera;

@@ -17,7 +17,7 @@ constexpr int kDistanceBins = 1000;
 constexpr double kDistanceRange = 0.5;  // metres
 
 // Beyond three usual gates a pair is a stranger, however far the seed is from the truth.
-constexpr double kWidestGate = 0.3;  // metres
+constexpr double kMaxGate = 0.3;  // metres
 
 // Of a full image: with fewer matched pixels, noise decides the pose, however small the part of them that has depth.
 constexpr int kMinInliers = 300;
@@ -193,7 +193,7 @@ int pyramid_levels(const TrackingParameters& parameters) {
 kernels::RegistrationRules registration_rules(const TrackingParameters& parameters) {
   kernels::RegistrationRules rules;
   rules.distance_gate = parameters.distance_gate;
-  rules.widest_gate = kWidestGate;
+  rules.widest_gate = kMaxGate;
   rules.gate_per_median = parameters.gate_per_median;
   rules.cos_normal_gate = static_cast<float>(std::cos(parameters.normal_gate.radians()));
   if (parameters.depth_weights) rules.noise = nguyen_noise();

@@ -85,9 +85,11 @@ TrackedFrame Tracker::track(const TrackerInput& input, std::vector<IcpIteration>
   return found;
 }
 
+bool Tracker::has_readings(const Frame& frame) const { return motion_.gyroscope && !frame.inertial.empty(); }
+
 /// Whether this frame is predicted by the filter.
 bool Tracker::uses_filter(const Frame& frame) const {
-  return (motion_.gyroscope && !frame.inertial.empty()) || (motion_.steady && !frame.earth_from_camera);
+  return has_readings(frame) || (motion_.steady && !frame.earth_from_camera);
 }
 
 MotionFilter Tracker::steady_at(const Frame& frame) const {
@@ -105,13 +107,13 @@ MotionFilter Tracker::inertial_at(const Frame& frame) const {
 /// Around the registration: it starts from the filter's prediction, holds to it by its covariance, and corrects it.
 TrackedFrame Tracker::track_filtered(const TrackerInput& input, TrackedFrame found,
                                      std::vector<IcpIteration>* trace) const {
-  const bool has_readings = motion_.gyroscope && !input.frame.inertial.empty();
   if (!state_.is_initialised) {
     found.result.status = TrackingStatus::initialised;
-    found.orientation = has_readings ? OrientationUse::first : state_.guide.use(input.frame.earth_from_camera);
+    found.orientation =
+        has_readings(input.frame) ? OrientationUse::first : state_.guide.use(input.frame.earth_from_camera);
     return found;
   }
-  if (has_readings) return register_inertial(inertial_at(input.frame), input, trace);
+  if (has_readings(input.frame)) return register_inertial(inertial_at(input.frame), input, trace);
   found = register_filtered(steady_at(input.frame), input, trace);
   found.orientation = state_.guide.use(input.frame.earth_from_camera);
   return found;
@@ -264,6 +266,7 @@ void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
 }
 
 void Tracker::correct_filters(const Frame& frame, const TrackedFrame& tracked) {
+  if (!motion_.steady && !motion_.gyroscope) return;
   const SE3& current = tracked.result.world_from_camera;
   const Matrix6d& covariance = tracked.result.pose_covariance;
   if (tracked.is_first() || !state_.steady.is_started()) {
@@ -271,7 +274,7 @@ void Tracker::correct_filters(const Frame& frame, const TrackedFrame& tracked) {
     state_.inertial.start(current, frame.time, frame.inertial);
     return;
   }
-  state_.steady.propagate({}, frame.time);
+  state_.steady = steady_at(frame);
   state_.steady.correct(current, covariance);
   if (tracked.inertial && state_.gyroscope.trusted()) {
     state_.inertial = *tracked.inertial;

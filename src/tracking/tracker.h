@@ -101,6 +101,7 @@ class Tracker {
     const Prediction& expected;
   };
 
+  bool has_readings(const Frame& frame) const;
   bool uses_filter(const Frame& frame) const;
   MotionFilter steady_at(const Frame& frame) const;
   MotionFilter inertial_at(const Frame& frame) const;

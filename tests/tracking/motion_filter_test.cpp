@@ -58,18 +58,11 @@ std::vector<ImuSample> readings(const Hand& hand, double from, double to, const 
   return samples;
 }
 
-Vector6d difference(const SE3& a, const SE3& b) {
-  Vector6d d;
-  d.head<3>() = so3::log(Matrix3d(a.rotation() * b.rotation().transpose()));
-  d.tail<3>() = a.translation() - b.translation();
-  return d;
-}
-
 /// The pose that a registration finds whose images see `seen` with that covariance, and its own covariance.
 void register_and_correct(const SE3& seen, const Matrix6d& covariance, MotionFilter* filter) {
   const Matrix6d predicted = filter->pose_covariance(), gain = predicted * (predicted + covariance).inverse();
   const SE3& expected = filter->world_from_camera();
-  const Vector6d step = gain * difference(seen, expected);
+  const Vector6d step = gain * pose_difference(seen, expected);
   const SE3 pose(Matrix3d(so3::exp(Vector3d(step.head<3>())) * expected.rotation()),
                  Vector3d(expected.translation() + step.tail<3>()));
   filter->correct(pose, (Matrix6d::Identity() - gain) * predicted);
@@ -124,7 +117,7 @@ TEST(MotionFilter, LearnsBiasesAndGravity) {
 TEST(MotionFilter, FindsTheSensorsClock) {
   for (const double late : {-0.1, -0.02, 0.0, 0.03, 0.1}) {
     const MotionFilter filter = followed(Hand(), {.late = late}, 300);
-    EXPECT_NEAR(filter.time_offset(), late, 0.003) << late << " s late, after ten seconds";
+    EXPECT_NEAR(filter.lateness(), late, 0.003) << late << " s late, after ten seconds";
   }
 }
 
@@ -165,7 +158,7 @@ TEST(MotionFilter, ItsCovarianceIsThatOfItsErrors) {
   for (unsigned seed = 0; seed < kRuns; ++seed) {
     std::mt19937 random(seed);
     const MotionFilter filter = followed(hand, {}, kFrames, &random);
-    const Vector6d error = difference(hand.pose((kFrames + 1) * kFrame), filter.world_from_camera());
+    const Vector6d error = pose_difference(hand.pose((kFrames + 1) * kFrame), filter.world_from_camera());
     sum += error.dot(filter.pose_covariance().inverse() * error);
   }
   EXPECT_GT(sum / kRuns, 3);

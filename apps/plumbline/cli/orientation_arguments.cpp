@@ -91,6 +91,9 @@ bool is_file(const OrientationArguments& a) {
   return !a.path.empty() && a.path != kAutoOrientation && a.path != kNoOrientation;
 }
 
+/// An error or an uncertainty that is given is one of orientations, which are then to be used and not the raw readings.
+bool models_orientation(const OrientationArguments& a) { return !a.imu_model.empty() || !a.sensor_model.empty(); }
+
 bool names_mounting(const OrientationArguments& a) { return !a.mounting.empty() || !a.calibration.empty(); }
 
 std::string quaternion_text(const Eigen::Matrix3d& rotation) {
@@ -222,7 +225,7 @@ std::optional<OrientationStream> load_orientation(const OrientationArguments& a,
   if (raw) {
     const MountedImu imu = load_imu(a.path, notes);
     samples = filtered(imu, a, &options, notes);
-    if (inertial != nullptr && imu.recording.has_gyroscope)
+    if (inertial != nullptr && !models_orientation(a) && imu.recording.has_gyroscope)
       inertial->emplace(imu.recording, options.body_from_camera, options.time_offset);
   } else {
     samples = read_orientations(a.path, declared, notes, &options.convention);
@@ -300,7 +303,7 @@ RecordedOrientation recorded_orientation(const Sequence& sequence, const Orienta
   note_error_model(model, &result.notes);
   OrientationStream stream(with_error(model, std::move(samples)), options);
   if (const std::string problem = overlap_problem(stream, sequence); !problem.empty()) return leave_out(problem);
-  result.inertial.emplace(imu.recording, options.body_from_camera, options.time_offset);
+  if (!models_orientation(a)) result.inertial.emplace(imu.recording, options.body_from_camera, options.time_offset);
   if (const std::string note = coverage_note(stream, sequence); !note.empty()) result.notes.push_back(note);
   result.stream.emplace(std::move(stream));
   result.source = fmt::format("the recording's own sensor ({})", name);

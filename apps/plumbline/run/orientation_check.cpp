@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
 
 namespace plumbline::app {
@@ -39,6 +40,7 @@ OrientationObserver::OrientationObserver(const std::optional<OrientationStreamOp
 
 void OrientationObserver::observe(const ProcessedFrame& processed) {
   const FrameReport& report = processed.report;
+  lateness_ = report.sensor_lateness;
   const OrientationUse previous = previous_.value_or(report.orientation);
   previous_ = report.orientation;
   if (!processed.reading) return;
@@ -50,6 +52,16 @@ void OrientationObserver::observe(const ProcessedFrame& processed) {
   if (is_distrusted != (previous == OrientationUse::distrusted))
     note_(fmt::format("frame {}: the orientation {}", report.index,
                       is_distrusted ? "disagrees with the tracking and is not used" : "agrees again"));
+}
+
+// A clock that is far off is found badly, and the result may be wrong although no frame is lost.
+std::string OrientationObserver::message() const {
+  constexpr double kUsual = 0.05;  // seconds
+  if (!message_.empty() || std::abs(lateness_) <= kUsual) return message_;
+  return fmt::format(
+      "the inertial sensor's stamps seem to be {:.0f} ms {}: give --orientation-offset, which `plumbline calibrate` "
+      "finds, or --orientation none",
+      1e3 * std::abs(lateness_), lateness_ > 0 ? "late" : "early");
 }
 
 }  // namespace plumbline::app

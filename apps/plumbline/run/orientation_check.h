@@ -40,13 +40,14 @@ class OrientationObserver : public FrameObserver {
 
   void observe(const ProcessedFrame& processed) override;
 
-  /// That the readings do not fit as declared; empty if they do or nothing can be told.
-  const std::string& message() const { return message_; }
+  /// That the readings do not fit as declared, or come from a clock that seems to be far off; empty if neither.
+  std::string message() const;
 
  private:
   std::optional<OrientationCheck> check_;
   std::optional<OrientationUse> previous_;
   std::string message_;
+  double lateness_ = 0;  ///< seconds
   Note note_;
 };
 

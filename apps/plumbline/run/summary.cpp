@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -148,17 +147,6 @@ double mean_iterations(const Reconstruction& run) {
   return static_cast<double>(iterations) / std::max(1, registered);
 }
 
-/// A clock that is far off is found badly: the result may be wrong although no frame is lost.
-std::string lateness_warning(const Reconstruction& run) {
-  constexpr double kUsual = 0.05;  // seconds
-  const double late = run.frames.empty() ? 0 : run.frames.back().sensor_lateness;
-  if (std::abs(late) <= kUsual) return "";
-  return fmt::format(
-      "warning    the inertial sensor's stamps seem to be {:.0f} ms {}: give --orientation-offset, which `plumbline "
-      "calibrate` finds, or --orientation none",
-      1e3 * std::abs(late), late > 0 ? "late" : "early");
-}
-
 }  // namespace
 
 Interruptions interruptions(const Reconstruction& run) {
@@ -255,7 +243,7 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
                                 run.live->dropped));
   if (!run.orientation.empty()) {
     lines.push_back(fmt::format("sensor     used in {} frames", frames_with(run, OrientationUse::used)));
-    if (const std::string warning = lateness_warning(run); !warning.empty()) lines.push_back(warning);
+    if (!run.orientation_message.empty()) lines.push_back("warning    " + run.orientation_message);
   }
   if (run.ate)
     lines.push_back(fmt::format("ATE        {:.4f} m rmse, {:.4f} m median, {:.4f} m max over {} pairs",

@@ -28,7 +28,7 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr const char* kAdvice = "copy or download the file again";
 constexpr std::uint32_t kVersion = 4, kMaxSide = 16384;
-constexpr std::uint64_t kLongestName = 1024, kImuBytes = 128;
+constexpr std::uint64_t kMaxNameBytes = 1024, kImuBytes = 128;
 constexpr int kMaxFrames = 10'000'000;
 
 enum class ColorPacking { raw, png, jpeg, unknown };
@@ -98,7 +98,7 @@ Header read_header(Cursor* cursor, const std::string& path) {
   Header h;
   if (cursor->take<std::uint32_t>() != kVersion) throw Error("is a .sens of another version than 4", path, kAdvice);
   const auto length = cursor->take<std::uint64_t>();
-  if (length > kLongestName) throw Error("is no .sens of ScanNet", path, kAdvice);
+  if (length > kMaxNameBytes) throw Error("is no .sens of ScanNet", path, kAdvice);
   h.sensor = cursor->take_bytes(length);
   h.color = {cursor->take_matrix(), cursor->take_matrix()};
   h.depth = {cursor->take_matrix(), cursor->take_matrix()};
@@ -320,7 +320,7 @@ bool is_sens(std::string_view bytes) {
   std::uint64_t length = 0;
   std::memcpy(&version, bytes.data(), 4);
   std::memcpy(&length, bytes.data() + 4, 8);
-  return version == kVersion && length <= kLongestName;
+  return version == kVersion && length <= kMaxNameBytes;
 }
 
 std::unique_ptr<Sequence> open_sens_recording(const std::string& path, const SequenceOptions& options) {

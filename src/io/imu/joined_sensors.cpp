@@ -9,7 +9,7 @@ namespace {
 
 /// The force at a moment between two samples that are not far from each other.
 std::optional<Eigen::Vector3d> force_at(const std::vector<ImuSample>& samples, Nanoseconds time) {
-  constexpr Nanoseconds kLongest = kNanosecondsPerSecond / 5, kBeyond = kNanosecondsPerSecond / 50;
+  constexpr Nanoseconds kMaxGap = kNanosecondsPerSecond / 5, kBeyond = kNanosecondsPerSecond / 50;
   const auto after = std::lower_bound(samples.begin(), samples.end(), time,
                                       [](const ImuSample& sample, Nanoseconds t) { return sample.time < t; });
   if (after == samples.end() || (after == samples.begin() && after->time > time)) {
@@ -19,9 +19,8 @@ std::optional<Eigen::Vector3d> force_at(const std::vector<ImuSample>& samples, N
   }
   if (after->time == time) return after->specific_force;
   const ImuSample &a = *(after - 1), &b = *after;
-  if (b.time - a.time > kLongest) return std::nullopt;
-  const double part = static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time);
-  return Eigen::Vector3d(a.specific_force + part * (b.specific_force - a.specific_force));
+  if (b.time - a.time > kMaxGap) return std::nullopt;
+  return interpolated(a, b, time).specific_force;
 }
 
 }  // namespace
