@@ -18,15 +18,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Row {
+struct AngleRow {
   const char *name, *preset, *sensor;
 };
-constexpr Row kRows[] = {{"Original", "kinectfusion", "none"},
-                         {"Ours: seed, damping, ideal IMU", "paper", "ideal"},
-                         {"Ours: seed, damping, with error", "paper", "bno055"},
-                         {"plumbline, no IMU", "plumbline", "none"},
-                         {"plumbline, ideal IMU", "plumbline", "ideal"},
-                         {"plumbline, with error", "plumbline", "bno055"}};
+constexpr AngleRow kAngleRows[] = {{"Original", "kinectfusion", "none"},
+                                   {"Ours: seed, damping, ideal IMU", "paper", "ideal"},
+                                   {"Ours: seed, damping, with error", "paper", "bno055"},
+                                   {"plumbline, no IMU", "plumbline", "none"},
+                                   {"plumbline, ideal IMU", "plumbline", "ideal"},
+                                   {"plumbline, with error", "plumbline", "bno055"}};
 
 /// One place after another, the camera turned at each; as fast as it takes for the 8 s of the path to be through in
 /// these frames at 30 a second, so that the places lie all along it. Without the sensor's static distortion: two single
@@ -59,7 +59,7 @@ Run turns(const ReproduceOptions& options, const std::string& scene, double angl
 
 std::string figures_file(const Run& run) { return (fs::path(run.folder) / "angles.json").string(); }
 
-Run test(const ReproduceOptions& options, const std::string& scene, double angle, const Row& row, int seed) {
+Run test(const ReproduceOptions& options, const std::string& scene, double angle, const AngleRow& row, int seed) {
   const Run sequence = turns(options, scene, angle);
   Run run;
   run.name = fmt::format("{}-{}-{}-{}", sequence.name, row.preset, row.sensor, seed);
@@ -109,7 +109,7 @@ Count count(const Run& run) {
   return {0, 0, false};
 }
 
-std::vector<Count> counts(const ReproduceOptions& options, const std::string& scene, const Row& row) {
+std::vector<Count> counts(const ReproduceOptions& options, const std::string& scene, const AngleRow& row) {
   std::vector<Count> result;
   for (const double angle : options.angles) {
     Count sum;
@@ -151,7 +151,7 @@ std::string axis_text(const ReproduceOptions& options) {
   return options.turn_axis == "pan" ? "to the left or to the right" : "about any axis across the line of sight";
 }
 
-ReproduceResult result(const ReproduceOptions& options) {
+ReproduceResult angles_result(const ReproduceOptions& options) {
   Table table;
   table.name = "angles";
   table.title =
@@ -164,14 +164,14 @@ ReproduceResult result(const ReproduceOptions& options) {
   plot.panels[0].y = {.label = "failures (%)", .low = 0, .high = 105};
   std::map<std::string, std::vector<Count>> all;
   for (const std::string& scene : options.scenes)
-    for (const Row& row : kRows) {
+    for (const AngleRow& row : kAngleRows) {
       const std::vector<Count> found = counts(options, scene, row);
       std::vector<Count>& sum = all[row.name];
       sum.resize(found.size());
       for (std::size_t i = 0; i < found.size(); ++i) sum[i] += found[i];
       table.rows.push_back(row_cells(scene, row.name, found));
     }
-  for (const Row& row : kRows) {
+  for (const AngleRow& row : kAngleRows) {
     const std::vector<Cell> cells = row_cells("all", row.name, all[row.name]);
     if (options.scenes.size() > 1) table.rows.push_back(cells);
     plot.panels[0].series.push_back(series_of(row.name, options.angles, cells, Mark::line_points));
@@ -195,11 +195,11 @@ Plan plan_angles(const ReproduceOptions& options) {
   for (const std::string& scene : options.scenes)
     for (const double angle : options.angles) {
       plan.sequences.push_back(turns(options, scene, angle));
-      for (const Row& row : kRows)
+      for (const AngleRow& row : kAngleRows)
         for (const int seed : seeds_of(row.sensor, options.seeds))
           plan.runs.push_back(test(options, scene, angle, row, seed));
     }
-  plan.result = [options] { return result(options); };
+  plan.result = [options] { return angles_result(options); };
   return plan;
 }
 

@@ -26,7 +26,7 @@ const std::vector<Column>& columns() {
 constexpr std::size_t kPapers = 3;
 
 /// Of one dataset and one column, over the seeds.
-struct Found {
+struct AteResults {
   std::vector<std::optional<RunFigures>> runs;
 
   std::vector<std::optional<double>> values(std::optional<double> RunFigures::*figure) const {
@@ -43,14 +43,14 @@ struct Found {
     return mean_if_complete(lost);
   }
 };
-using Rows = std::vector<std::vector<Found>>;  // by dataset and column
+using Rows = std::vector<std::vector<AteResults>>;  // by dataset and column
 
 Rows find(const ReproduceOptions& options, const std::vector<DatasetSource>& sources) {
   Rows rows;
   for (const DatasetSource& source : sources) {
     rows.emplace_back();
     for (const Column& column : columns()) {
-      Found found;
+      AteResults found;
       for (const int seed : seeds_of(column.setup.sensor, options.seeds))
         found.runs.push_back(figures_if_finished(run_of(options, source, column.setup, seed, options.frames)));
       rows.back().push_back(found);
@@ -150,7 +150,7 @@ Table papers_table(const ReproduceOptions& options, const std::vector<DatasetSou
   return table;
 }
 
-Cell ate_cell(const Found& found) {
+Cell ate_cell(const AteResults& found) {
   const auto mean = found.mean(&RunFigures::ate_all);
   if (!mean) return {"–"};
   double worst = 0;
@@ -170,7 +170,7 @@ Table presets_table(const ReproduceOptions& options, const std::vector<DatasetSo
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const auto& first = rows[i][0].runs[0];
     table.rows.push_back({sources[i].name, first ? Cell(first->frames, 0) : Cell("–")});
-    for (const Found& found : rows[i]) table.rows.back().push_back(ate_cell(found));
+    for (const AteResults& found : rows[i]) table.rows.back().push_back(ate_cell(found));
   }
   for (const auto& [name, figure] : {std::pair("Improv. (ratio of means)", &Comparison::of_means),
                                      std::pair("Improv. (mean of ratios)", &Comparison::of_ratios)}) {
@@ -193,7 +193,7 @@ Table rpe_table(const std::vector<DatasetSource>& sources, const Rows& rows) {
                          {fmt::format("{}: 1 s", column.name), fmt::format("{}: all pairs", column.name)});
   for (std::size_t i = 0; i < sources.size(); ++i) {
     table.rows.push_back({sources[i].name});
-    for (const Found& found : rows[i])
+    for (const AteResults& found : rows[i])
       for (const Figure figure : {&RunFigures::rpe, &RunFigures::rpe_all_pairs})
         table.rows.back().push_back(number_or_dash(found.mean(figure), 4));
   }

@@ -69,10 +69,10 @@ Improvement improvement(const ReproduceOptions& options, const std::vector<Datas
   return {100 * (ours / baseline - 1), 100 * (ratios / count - 1), ours / count};
 }
 
-using Grid = std::array<std::array<Improvement, kFactors.size()>, kSchedules>;
+using ImprovementGrid = std::array<std::array<Improvement, kFactors.size()>, kSchedules>;
 
 /// The paper's layout: a row for each schedule, a column for each factor and the mean, the paper's figure beside each.
-Table table_of(const Grid& grid, std::optional<double> Improvement::*figure, const std::string& name,
+Table table_of(const ImprovementGrid& grid, std::optional<double> Improvement::*figure, const std::string& name,
                const std::string& title) {
   Table table{.name = name, .title = title, .notes = {}, .columns = {"c ="}, .rows = {}};
   for (const char* factor : kFactors)
@@ -105,7 +105,7 @@ Table table_of(const Grid& grid, std::optional<double> Improvement::*figure, con
 }
 
 /// The metres behind it.
-Table ate_table(const Grid& grid, const std::optional<double>& baseline, const std::string& name) {
+Table ate_table(const ImprovementGrid& grid, const std::optional<double>& baseline, const std::string& name) {
   Table table{.name = name, .title = "The same, mean ATE (RMSE, m)", .notes = {}, .columns = {"c ="}, .rows = {}};
   table.columns.insert(table.columns.end(), kFactors.begin(), kFactors.end());
   for (std::size_t row = 0; row < kSchedules; ++row) {
@@ -125,7 +125,7 @@ std::optional<double> baseline_ate(const ReproduceOptions& options, const std::v
 }
 
 /// Improvement over the factor, a line for each schedule, ours and the paper's side by side.
-Plot plot_of(const Grid& grid, const std::string& sensor) {
+Plot plot_of(const ImprovementGrid& grid, const std::string& sensor) {
   Plot plot{.title = "ATE against the original over the factor c", .panels = {}, .columns = 2};
   Panel ours{.title = "Plumbline, preset paper, " + sensor}, paper{.title = "paper"};
   for (Panel* panel : {&ours, &paper}) {
@@ -150,12 +150,12 @@ Plot plot_of(const Grid& grid, const std::string& sensor) {
   return plot;
 }
 
-ReproduceResult result(const ReproduceOptions& options, const std::vector<DatasetSource>& sources) {
+ReproduceResult lambda_result(const ReproduceOptions& options, const std::vector<DatasetSource>& sources) {
   ReproduceResult result;
   std::vector<std::string> names;
   for (const DatasetSource& source : sources) names.push_back(source.name);
   for (const std::string& sensor : options.sensors) {
-    Grid grid;
+    ImprovementGrid grid;
     for (std::size_t row = 0; row < kSchedules; ++row)
       for (std::size_t i = 0; i < kFactors.size(); ++i)
         grid[row][i] = improvement(options, sources, setup_of(kRows[row], kFactors[i], sensor));
@@ -192,7 +192,7 @@ Plan plan_lambda(const ReproduceOptions& options) {
           for (const int seed : seeds_of(sensor, options.seeds))
             plan.runs.push_back(run_of(options, source, setup_of(schedule, factor, sensor), seed, options.frames));
   }
-  plan.result = [options, sources] { return result(options, sources); };
+  plan.result = [options, sources] { return lambda_result(options, sources); };
   return plan;
 }
 

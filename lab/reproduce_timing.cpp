@@ -22,10 +22,10 @@ const Setup kUntil{"paper", "ideal", {"tracking.iterations=[4,5,10]"}, "timed-un
 const Setup kOurs{"plumbline", "ideal", {}, "timed"};
 
 using Sources = std::vector<DatasetSource>;
-using Found = std::vector<std::optional<RunFigures>>;  // of each dataset
+using TimingRuns = std::vector<std::optional<RunFigures>>;  // of each dataset
 
-Found figures_of(const ReproduceOptions& options, const Sources& sources, const Setup& setup) {
-  Found found;
+TimingRuns figures_of(const ReproduceOptions& options, const Sources& sources, const Setup& setup) {
+  TimingRuns found;
   for (const DatasetSource& source : sources)
     found.push_back(figures_if_finished(run_of(options, source, setup, 1, options.timed_frames)));
   return found;
@@ -33,7 +33,7 @@ Found figures_of(const ReproduceOptions& options, const Sources& sources, const 
 
 /// Of a figure, over the datasets.
 template <class Figure>
-std::optional<double> mean(const Found& found, Figure&& figure) {
+std::optional<double> mean(const TimingRuns& found, Figure&& figure) {
   std::vector<std::optional<double>> values;
   for (const auto& f : found) values.push_back(f ? std::optional<double>(figure(*f)) : std::nullopt);
   return mean_if_complete(values);
@@ -53,7 +53,7 @@ std::string how(const ReproduceOptions& options) {
 }
 
 ReproduceResult timing(const ReproduceOptions& options, const Sources& sources) {
-  const Found original = figures_of(options, sources, kOriginal), fewer = figures_of(options, sources, kFewer);
+  const TimingRuns original = figures_of(options, sources, kOriginal), fewer = figures_of(options, sources, kFewer);
   const auto icp = [](const RunFigures& f) { return f.track_ms; };
   const auto all = [](const RunFigures& f) { return f.total_ms; };
   const auto row = [](const char* name, const std::optional<double>& icp_ms, const std::optional<double>& all_ms,
@@ -79,7 +79,7 @@ ReproduceResult timing(const ReproduceOptions& options, const Sources& sources) 
 }
 
 /// Of frames' times: share in % over milliseconds, in bins of this width.
-Series distribution(const std::string& name, const Found& found, double bin) {
+Series distribution(const std::string& name, const TimingRuns& found, double bin) {
   std::map<int, int> counts;
   int total = 0;
   for (const auto& f : found)
@@ -98,9 +98,9 @@ Series distribution(const std::string& name, const Found& found, double bin) {
 }
 
 /// The slowest hundredth would stretch the axis.
-double usual_end(const std::vector<const Found*>& all) {
+double usual_end(const std::vector<const TimingRuns*>& all) {
   std::vector<double> times;
-  for (const Found* found : all)
+  for (const TimingRuns* found : all)
     for (const auto& f : *found)
       if (f) times.insert(times.end(), f->frame_ms.begin(), f->frame_ms.end());
   if (times.empty()) return 1;
@@ -109,10 +109,10 @@ double usual_end(const std::vector<const Found*>& all) {
   return std::max(1.0, *slow);
 }
 
-std::vector<Cell> iterations_row(const std::string& name, const std::vector<Found>& found, double frames,
+std::vector<Cell> iterations_row(const std::string& name, const std::vector<TimingRuns>& found, double frames,
                                  const std::array<double, 3>& paper) {
   std::vector<std::optional<double>> ms;
-  for (const Found& f : found) ms.push_back(mean(f, mean_ms));
+  for (const TimingRuns& f : found) ms.push_back(mean(f, mean_ms));
   const auto iterations = [](const RunFigures& f) { return f.mean_iterations; };
   return {name,
           frames > 0 ? Cell(frames, 0) : Cell("–"),
@@ -130,7 +130,7 @@ std::vector<Cell> iterations_row(const std::string& name, const std::vector<Foun
           number_or_dash(mean(found[3], iterations), 1)};
 }
 
-Plot distribution_plot(const std::vector<Found>& found) {
+Plot distribution_plot(const std::vector<TimingRuns>& found) {
   Plot plot{.title = "Time of a frame", .panels = {Panel{}}};
   const double end = usual_end({found.data(), &found[1], &found[2]}), bin = end / 60;
   plot.panels[0].x = {.label = "time of a frame (ms)", .low = 0, .high = 1.1 * end};
@@ -142,7 +142,7 @@ Plot distribution_plot(const std::vector<Found>& found) {
 }
 
 ReproduceResult iterations(const ReproduceOptions& options, const Sources& sources) {
-  std::vector<Found> found;
+  std::vector<TimingRuns> found;
   for (const Setup& setup : {kOriginal, kFixed, kUntil, kOurs}) found.push_back(figures_of(options, sources, setup));
   Table table;
   table.name = "iterations";
@@ -164,8 +164,8 @@ ReproduceResult iterations(const ReproduceOptions& options, const Sources& sourc
                    "plumbline",
                    "iterations plumbline"};
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    std::vector<Found> one;
-    for (const Found& f : found) one.push_back({f[i]});
+    std::vector<TimingRuns> one;
+    for (const TimingRuns& f : found) one.push_back({f[i]});
     const PaperDataset& paper = *sources[i].paper;
     table.rows.push_back(iterations_row(sources[i].name, one, found[0][i] ? found[0][i]->frames : 0,
                                         {paper.original_ms, paper.fixed_ms, paper.until_ms}));

@@ -149,7 +149,7 @@ Plot plot_of(const Study& study) {
   return plot;
 }
 
-ReproduceResult result(const ReproduceOptions& options) {
+ReproduceResult uncertainty_result(const ReproduceOptions& options) {
   Study study;
   for (int seed = 1; seed <= options.seeds; ++seed)
     study.push_back({characterise(0, seed), characterise(1, seed), characterise(2, seed)});
@@ -160,7 +160,7 @@ ReproduceResult result(const ReproduceOptions& options) {
 
 Plan plan_uncertainty(const ReproduceOptions& options) {
   Plan plan;
-  plan.result = [options] { return result(options); };
+  plan.result = [options] { return uncertainty_result(options); };
   return plan;
 }
 

@@ -18,8 +18,6 @@
 namespace plumbline::app {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMillimetres = 1e3;
 
@@ -54,14 +52,14 @@ struct Iterations {
 
 Iterations read_iterations(const std::string& path) {
   try {
-    const Json json = Json::parse(read_file(path).c_str());
+    const nlohmann::json json = nlohmann::json::parse(read_file(path).c_str());
     Iterations all{json.at("frame").get<int>(), json.at("bin_width_m").get<double>(), {}};
-    for (const Json& entry : json.at("iterations"))
+    for (const nlohmann::json& entry : json.at("iterations"))
       all.list.push_back({entry.at("level").get<int>(), entry.at("pairs").get<double>(),
                           entry.at("median_distance_m").get<double>(), entry.at("rms_m").get<double>(),
                           entry.at("histogram").get<std::vector<double>>()});
     return all;
-  } catch (const Json::exception& error) {
+  } catch (const nlohmann::json::exception& error) {
     throw Error(std::string("does not hold the iterations of a frame: ") + error.what(), path,
                 "Give an icp_N.json that `plumbline run --dump-icp N` wrote.");
   }

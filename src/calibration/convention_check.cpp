@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/calibration_text.h"
 #include "calibration/hand_eye.h"
 #include "plumbline/angles.h"
 #include "plumbline/se3.h"
@@ -19,8 +20,8 @@ using Eigen::Vector3d;
 
 // A tracker errs by a few tenths of a degree between two frames. With these, and ten pairs, that is no matter, and
 // vectors at random have no mounting that seems to fit (three parameters against thirty numbers).
-constexpr std::size_t kMinPairs = 10;
-constexpr double kMinTurn = radians(2);        // rms
+constexpr std::size_t kMinTurnPairs = 10;
+constexpr double kMinCameraTurn = radians(2);  // rms
 constexpr double kMinSecondAxis = radians(1);  // rms: three times the tracker's error
 
 // A residual beside the camera's turn: 1 if the sensor stands still, about √2 if it turns at random. A smooth periodic
@@ -91,11 +92,6 @@ std::size_t choose(const std::vector<ConventionFit>& fits, double turn) {
   return best;
 }
 
-template <class E>
-std::string_view name_of(E value) {
-  return names(E{})[static_cast<std::size_t>(value)];
-}
-
 std::string mounting_text(const Matrix3d& body_from_camera) {
   Eigen::Quaterniond q(body_from_camera);
   if (q.w() < 0) q.coeffs() = -q.coeffs();
@@ -114,8 +110,6 @@ std::string options_text(const ConventionFit& fit, const ConventionFit& declared
   if (fit.mounting_fitted) add(fmt::format("--mounting \"{}\"", mounting_text(fit.body_from_camera)));
   return text;
 }
-
-std::string degrees_text(double radians) { return fmt::format("{:.1f}°", degrees(radians)); }
 
 std::string another_text(const ConventionCheck& check) {
   const ConventionFit& declared = check.fits.front();
@@ -170,7 +164,7 @@ std::string message_of(const ConventionCheck& check) {
 }
 
 ConventionVerdict judge(const ConventionCheck& check, std::size_t pairs) {
-  if (pairs < kMinPairs || !(check.camera_turn >= kMinTurn)) return ConventionVerdict::too_little_motion;
+  if (pairs < kMinTurnPairs || !(check.camera_turn >= kMinCameraTurn)) return ConventionVerdict::too_little_motion;
   if (check.mirrored_fits || !(check.fits[check.best].residual < kFits * check.camera_turn))
     return ConventionVerdict::none_fits;
   return check.best == 0 ? ConventionVerdict::fits : ConventionVerdict::another_fits;

@@ -28,8 +28,8 @@ constexpr int kHarmonics = 4;  // one more than the simulated chip has
 constexpr int kTiltCoefficients = 2 * 2 * kHarmonics, kHeadingCoefficients = 2 * kHarmonics;
 constexpr double kKnotInterval = 0.5;  // seconds; more where there would be too many knots
 constexpr int kMaxKnots = 200;
-constexpr int kRounds = 8;      // of noise and prior scales
-constexpr double kHuber = 3.5;  // standard deviations
+constexpr int kScaleRounds = 8;       // of noise and prior scales
+constexpr double kHuberSigmas = 3.5;  // standard deviations
 
 double plain(double value) { return value; }
 template <class T, int N>
@@ -175,7 +175,7 @@ class Refinement {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
     options.logging_type = ceres::SILENT;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kScaleRounds; ++round) {
       if (round > 0) rescale();
       ceres::Solver::Summary summary;
       ceres::Solve(options, &problem_, &summary);
@@ -212,7 +212,7 @@ class Refinement {
       add(kFrames,
           new ceres::AutoDiffCostFunction<FrameResidual, 3, 3, 1, 3, 3, kTiltCoefficients, kHeadingCoefficients>(
               new FrameResidual(residuals_.back())),
-          new ceres::HuberLoss(kHuber),
+          new ceres::HuberLoss(kHuberSigmas),
           {mounting_.data(), &offset_, drift_[knot].data(), drift_[knot + 1].data(), tilt_.data(), heading_.data()});
     }
   }

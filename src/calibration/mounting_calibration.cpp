@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "calibration/calibration_text.h"
 #include "calibration/hand_eye.h"
 #include "calibration/joint_refinement.h"
 #include "calibration/time_offset.h"
@@ -142,8 +143,6 @@ std::optional<MountingCalibration> calibrate_at(const Trajectory& camera, const 
   out.systematic = joint.systematic;
   return out;
 }
-
-std::string degrees_text(double radians) { return fmt::format("{:.1f}°", degrees(radians)); }
 
 constexpr const char* kDance =
     "Hold the camera where it sees a room full of things, and turn it in about ten seconds by 40° or more each way: "

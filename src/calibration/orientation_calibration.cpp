@@ -4,21 +4,13 @@
 
 #include <cmath>
 
+#include "calibration/calibration_text.h"
 #include "io/atomic_file.h"
 #include "io/calibration_file.h"
 #include "plumbline/angles.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
-namespace {
-
-template <class E>
-std::string_view name_of(E value) {
-  return names(E{})[static_cast<std::size_t>(value)];
-}
-
-}  // namespace
-
 void write_orientation_calibration(const std::string& path, const OrientationCalibration& c,
                                    const std::vector<std::string>& comments) {
   std::string text;

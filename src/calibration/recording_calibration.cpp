@@ -20,7 +20,7 @@ namespace {
 // fourth frame gave 281 and made it better (0.011 m).
 constexpr int kPieces = 4, kPieceFrames = 50, kAllPieces = kPieces * kPieceFrames, kMaxStride = 4;
 constexpr double kCalmStep = radians(3.5);  // of view_change
-constexpr std::size_t kMinFrames = 100, kMinPairs = 100;
+constexpr std::size_t kMinRecordingFrames = 100, kMinRecordingPairs = 100;
 
 // A distortion that is there takes 18 to 32 % off what pairs disagree by (fr1, simulated scenes); one that is not, or
 // that cannot be told from a corridor's walls, at most 3 %, and taking it out then made the run a little worse.
@@ -94,7 +94,7 @@ class PieceCalibration {
 
 std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, const std::vector<int>& frames,
                                                       const CalibrationOptions& options) {
-  if (frames.size() < kMinFrames) return std::nullopt;
+  if (frames.size() < kMinRecordingFrames) return std::nullopt;
   CalibrationOptions fast = options;
   fast.parameters = fast_parameters(options.parameters.preprocess);
   const std::vector<int> probe(frames.begin(), frames.begin() + kPieceFrames);
@@ -106,7 +106,7 @@ std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, 
   if (!starts_with_probe) calibration.emplace(sequence, fast);
   for (std::size_t i = starts_with_probe ? 1 : 0; i < pieces.size(); ++i) calibration->add(pieces[i]);
   std::optional<DepthCalibrationResult> found = calibration->estimate();
-  if (!found || found->pairs < kMinPairs || found->after > kMaxRemaining * found->before) return std::nullopt;
+  if (!found || found->pairs < kMinRecordingPairs || found->after > kMaxRemaining * found->before) return std::nullopt;
   return found;
 }
 

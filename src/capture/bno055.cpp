@@ -35,7 +35,7 @@ constexpr double kQuaternionUnit = 1.0 / (1 << 14);
 constexpr double kRateUnit = radians(1) / 16, kForceUnit = 0.01, kFieldUnit = 1.0 / 16;
 constexpr double kUnitTolerance = 0.01;
 
-constexpr const char* kAdvice = "check the wiring and that the sensor is a BNO055";
+constexpr const char* kBno055Advice = "check the wiring and that the sensor is a BNO055";
 constexpr const char* kCalibrationAdvice = "give the imu-calibration.txt of a recording with the same sensor";
 
 double word(const std::vector<std::uint8_t>& bytes, std::size_t at) {
@@ -64,7 +64,7 @@ void Bno055::wait_for_chip() {
       if (id == kBno055) return;
       if (now() > limit)
         throw BusError(fmt::format("the chip's number is {:#04x}, where a BNO055 has {:#04x}", id, kBno055),
-                       bus_->name(), kAdvice);
+                       bus_->name(), kBno055Advice);
     } catch (const BusError&) {
       if (now() > limit) throw;
     }
@@ -100,7 +100,7 @@ void Bno055::restore_calibration(const Bno055Calibration& calibration) {
   const std::vector<std::uint8_t> bytes(calibration.begin(), calibration.end());
   bus_->write(kCalibration, bytes);
   if (bus_->read(kCalibration, bytes.size()) != bytes)
-    throw BusError("the sensor did not take over its calibration", bus_->name(), kAdvice);
+    throw BusError("the sensor did not take over its calibration", bus_->name(), kBno055Advice);
 }
 
 std::optional<ImuReading> Bno055::read() {

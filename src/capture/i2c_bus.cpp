@@ -17,8 +17,8 @@
 namespace plumbline::capture {
 namespace {
 
-constexpr int kTries = 4;
-constexpr useconds_t kPause = 2000;  // µs before a chip that did not answer is asked again
+constexpr int kI2cTries = 4;
+constexpr useconds_t kI2cPause = 2000;  // µs before a chip that did not answer is asked again
 
 struct Descriptor {
   int fd;
@@ -58,13 +58,13 @@ I2cBus::I2cBus(std::string name, std::uint16_t address, Transfer transfer)
 
 void I2cBus::transfer(const char* what, std::uint8_t first, std::vector<i2c_msg> messages) {
   int error = 0;
-  for (int i = 0; i < kTries; ++i) {
+  for (int i = 0; i < kI2cTries; ++i) {
     ++counters_.requests;
     error = transfer_(messages);
     if (error == 0) return;
     if (error == ENODEV || error == EBADF) break;
     ++counters_.repeats;
-    usleep(kPause);
+    usleep(kI2cPause);
   }
   const std::string text = fmt::format("the sensor at {:#04x} cannot be {} at register {:#04x}: {}", address_, what,
                                        first, std::strerror(error));

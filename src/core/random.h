@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <random>
 
 namespace plumbline {
 
@@ -33,6 +34,9 @@ inline double normal_at(std::uint64_t key, std::uint64_t counter) {
   const double v = static_cast<double>(bits & 0xffffffffULL) * 0x1p-32;
   return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
 }
+
+/// [0, 1). The engine's numbers are prescribed by the standard, those of its distributions are not.
+inline double uniform(std::mt19937_64* random) { return static_cast<double>((*random)() >> 11) * 0x1p-53; }
 
 /// The numbers of a stream one after the other, for code that runs in one order anyway.
 class Random {

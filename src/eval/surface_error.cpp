@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/embree_scene.h"
+#include "core/random.h"
 #include "plumbline/error.h"
 #include "plumbline/mesh.h"
 #include "plumbline/pinhole.h"
@@ -21,7 +22,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "surface evaluation";
+constexpr const char* kSurfaceErrorWhere = "surface evaluation";
 constexpr std::size_t kGrain = 1024;  ///< points a task; one query is a few microseconds
 
 Vector3d to_vector(const Mesh::Float3& p) { return {p.x, p.y, p.z}; }
@@ -33,7 +34,7 @@ Mesh::Float3 to_point(const Vector3d& p) {
 void check_finite(std::span<const Mesh::Float3> points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (to_vector(points[i]).allFinite()) continue;
-    throw Error("point " + std::to_string(i) + " is not finite", kWhere, "remove it");
+    throw Error("point " + std::to_string(i) + " is not finite", kSurfaceErrorWhere, "remove it");
   }
 }
 
@@ -83,13 +84,11 @@ std::vector<double> cumulative_areas(const Mesh& mesh) {
     sums.push_back(sum);
   }
   if (!(sum > 0 && std::isfinite(sum))) {
-    throw Error("the mesh has no surface of finite area", kWhere, "check that it has triangles and finite vertices");
+    throw Error("the mesh has no surface of finite area", kSurfaceErrorWhere,
+                "check that it has triangles and finite vertices");
   }
   return sums;
 }
-
-/// [0, 1). The engine's numbers are prescribed by the standard, those of its distributions are not.
-double uniform(std::mt19937_64* random) { return static_cast<double>((*random)() >> 11) * 0x1p-53; }
 
 double fraction_within(std::span<const double> distances, double threshold) {
   const auto within = std::count_if(distances.begin(), distances.end(), [&](double d) { return d <= threshold; });
@@ -102,7 +101,7 @@ PointCloud back_project(const Frame& frame, const Pinhole& camera, const SE3& wo
   if (frame.depth.width != camera.width || frame.depth.height != camera.height || step < 1) {
     throw Error("the depth image is " + std::to_string(frame.depth.width) + "×" + std::to_string(frame.depth.height) +
                     ", the camera " + std::to_string(camera.width) + "×" + std::to_string(camera.height),
-                kWhere, "give the camera of this image, and a step of 1 or more");
+                kSurfaceErrorWhere, "give the camera of this image, and a step of 1 or more");
   }
   PointCloud points;
   for (int v = 0; v < camera.height; v += step) {
@@ -118,7 +117,7 @@ PointCloud back_project(const Frame& frame, const Pinhole& camera, const SE3& wo
 }
 
 PointCloud sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
-  embree::check_indices(mesh, kWhere);
+  embree::check_indices(mesh, kSurfaceErrorWhere);
   const std::vector<double> areas = cumulative_areas(mesh);
   std::mt19937_64 random(seed);
   PointCloud points;
@@ -137,7 +136,8 @@ PointCloud sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t see
 }
 
 std::vector<double> distances_to_points(std::span<const Mesh::Float3> points, std::span<const Mesh::Float3> reference) {
-  if (reference.empty()) throw Error("the reference has no points", kWhere, "give a reference that has some");
+  if (reference.empty())
+    throw Error("the reference has no points", kSurfaceErrorWhere, "give a reference that has some");
   check_finite(points);
   check_finite(reference);
   const CloudAdaptor cloud{reference};
@@ -156,12 +156,12 @@ std::vector<double> distances_to_points(std::span<const Mesh::Float3> points, st
 
 std::vector<double> distances_to_mesh(std::span<const Mesh::Float3> points, const Mesh& reference) {
   if (reference.triangles.empty()) {
-    throw Error("the reference has no triangles", kWhere, "give a mesh, or compare with its points");
+    throw Error("the reference has no triangles", kSurfaceErrorWhere, "give a mesh, or compare with its points");
   }
   check_finite(points);
   check_finite(reference.positions);
   const embree::Device device = embree::make_device();
-  const embree::Scene scene = embree::make_scene(device.get(), reference, kWhere);
+  const embree::Scene scene = embree::make_scene(device.get(), reference, kSurfaceErrorWhere);
   return for_each_point(
       points, [&](const Mesh::Float3& p) { return embree::distance_to_mesh(scene.get(), reference, to_vector(p)); });
 }
@@ -169,11 +169,11 @@ std::vector<double> distances_to_mesh(std::span<const Mesh::Float3> points, cons
 SurfaceError surface_error(std::span<const double> to_reference, std::span<const double> from_reference,
                            std::span<const double> thresholds) {
   if (to_reference.empty() || from_reference.empty()) {
-    throw Error("one of the surfaces has no points", kWhere, "check that both overlap the region compared");
+    throw Error("one of the surfaces has no points", kSurfaceErrorWhere, "check that both overlap the region compared");
   }
   SurfaceError error{statistics(to_reference), statistics(from_reference), {}};
   for (const double threshold : thresholds) {
-    if (!(threshold > 0)) throw Error("a threshold is not positive", kWhere, "give thresholds in metres");
+    if (!(threshold > 0)) throw Error("a threshold is not positive", kSurfaceErrorWhere, "give thresholds in metres");
     const double precision = fraction_within(to_reference, threshold);
     const double recall = fraction_within(from_reference, threshold);
     const double sum = precision + recall;

@@ -15,7 +15,7 @@
 namespace plumbline::eval {
 namespace {
 
-constexpr const char* kWhere = "time offset";
+constexpr const char* kTimeOffsetWhere = "time offset";
 constexpr std::size_t kMaxPoses = 20'000;
 constexpr std::size_t kMinPoses = 3;
 constexpr double kPrecision = 1e-5;  // seconds
@@ -116,10 +116,11 @@ double golden_section(Function&& f, double low, double high) {
 }
 
 void validate(const Trajectory& reference, const Trajectory& estimate, const TimeOffsetOptions& options) {
-  if (options.range <= 0) throw Error("the range to search is not positive", kWhere, "give a range in seconds");
+  if (options.range <= 0)
+    throw Error("the range to search is not positive", kTimeOffsetWhere, "give a range in seconds");
   for (const Trajectory* trajectory : {&reference, &estimate}) {
     if (!std::is_sorted(trajectory->begin(), trajectory->end(), is_earlier))
-      throw Error("the poses are not in order of time", kWhere, "sort them");
+      throw Error("the poses are not in order of time", kTimeOffsetWhere, "sort them");
   }
 }
 
@@ -129,7 +130,7 @@ TimeOffset best_time_offset(const Trajectory& reference, const Trajectory& estim
   validate(reference, estimate, options);
   const auto too_few = [&](std::size_t count) {
     return Error("only " + std::to_string(count) + " poses lie within the reference at every offset that is searched",
-                 kWhere, "search a smaller range, or give a time offset");
+                 kTimeOffsetWhere, "search a smaller range, or give a time offset");
   };
   if (reference.size() < 2) throw too_few(0);
   const Comparison comparison(reference, estimate, options);

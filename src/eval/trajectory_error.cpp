@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 
+#include "core/random.h"
 #include "eval/rigid_alignment.h"
 #include "plumbline/error.h"
 #include "plumbline/se3.h"
@@ -18,7 +19,7 @@
 namespace plumbline::eval {
 namespace {
 
-constexpr const char* kWhere = "trajectory evaluation";
+constexpr const char* kTrajectoryErrorWhere = "trajectory evaluation";
 
 /// Exact for any two stamps; the difference of the extremes does not fit in a signed number.
 std::uint64_t gap(Nanoseconds a, Nanoseconds b) {
@@ -58,7 +59,7 @@ std::vector<std::size_t> order_by_time(const Trajectory& trajectory) {
 
 Nanoseconds shifted(Nanoseconds time, Nanoseconds offset, const std::string& name) {
   if (__builtin_add_overflow(time, offset, &time))
-    throw Error("a time stamp of the " + name + " leaves the range of 64-bit nanoseconds", kWhere,
+    throw Error("a time stamp of the " + name + " leaves the range of 64-bit nanoseconds", kTrajectoryErrorWhere,
                 "check the time offset");
   return time;
 }
@@ -72,7 +73,7 @@ Timeline make_timeline(const Trajectory& trajectory, Nanoseconds offset, const s
     if (!trajectory[i].world_from_camera.is_finite()) {
       throw Error("pose " + std::to_string(i) + " of the " + name + " (t = " + format_seconds(trajectory[i].time) +
                       ") is not finite",
-                  kWhere, "remove it");
+                  kTrajectoryErrorWhere, "remove it");
     }
     line.times.push_back(shifted(trajectory[i].time, offset, name));
   }
@@ -153,7 +154,7 @@ Position nearest_free(const Side& own, Side* other, Position position, std::uint
 /// comes out in nearly linear time however dense the stamps are. Returns positions in the lines, in order of time.
 std::vector<Association> match(const Timeline& reference, const Timeline& estimate, Nanoseconds max_difference) {
   if (std::max(reference.size(), estimate.size()) > kNone - 2) {
-    throw Error("the trajectories have more than 4 billion poses", kWhere, "evaluate parts of them");
+    throw Error("the trajectories have more than 4 billion poses", kTrajectoryErrorWhere, "evaluate parts of them");
   }
   const auto limit = static_cast<std::uint64_t>(std::max<Nanoseconds>(0, max_difference));
   std::array<Side, 2> sides = {Side(estimate, reference), Side(reference, estimate)};
@@ -188,23 +189,23 @@ std::vector<Association> match(const Timeline& reference, const Timeline& estima
 [[noreturn]] void throw_too_few(const Timeline& reference, const Timeline& estimate, std::size_t found,
                                 std::size_t needed, const std::string& what) {
   if (reference.size() == 0 || estimate.size() == 0) {
-    throw Error(std::string("the ") + (reference.size() == 0 ? "reference" : "estimate") + " has no poses", kWhere,
-                "give a trajectory that has some");
+    throw Error(std::string("the ") + (reference.size() == 0 ? "reference" : "estimate") + " has no poses",
+                kTrajectoryErrorWhere, "give a trajectory that has some");
   }
   const auto seconds = [](std::uint64_t ns) { return std::to_string(static_cast<double>(ns) * 1e-9) + " s "; };
   if (estimate.times.front() > reference.times.back()) {
     throw Error("the trajectories do not overlap in time: the estimate begins " +
                     seconds(gap(estimate.times.front(), reference.times.back())) + "after the reference ends",
-                kWhere, "check that they belong to one sequence, or give a time offset");
+                kTrajectoryErrorWhere, "check that they belong to one sequence, or give a time offset");
   }
   if (estimate.times.back() < reference.times.front()) {
     throw Error("the trajectories do not overlap in time: the estimate ends " +
                     seconds(gap(estimate.times.back(), reference.times.front())) + "before the reference begins",
-                kWhere, "check that they belong to one sequence, or give a time offset");
+                kTrajectoryErrorWhere, "check that they belong to one sequence, or give a time offset");
   }
   throw Error("only " + std::to_string(found) + " " + what + " of the trajectories found, at least " +
                   std::to_string(needed) + " are needed",
-              kWhere, "check the time offset and the longest permitted difference of stamps");
+              kTrajectoryErrorWhere, "check the time offset and the longest permitted difference of stamps");
 }
 
 /// Columns are positions in metres.
@@ -218,9 +219,6 @@ Eigen::Matrix3Xd positions(const Trajectory& trajectory, const std::vector<Absol
 }
 
 // ---- relative error
-
-/// [0, 1). The engine's numbers are prescribed by the standard, those of its distributions are not.
-double uniform(std::mt19937_64* random) { return static_cast<double>((*random)() >> 11) * 0x1p-53; }
 
 std::size_t uniform_index(std::mt19937_64* random, std::size_t count) {
   return std::min(count - 1, static_cast<std::size_t>(uniform(random) * static_cast<double>(count)));
@@ -271,7 +269,8 @@ PositionPairs all_pairs(std::size_t count, const RelativeErrorOptions& options) 
   const double total = static_cast<double>(count) * static_cast<double>(count);
   if (options.max_pairs == 0 || total <= static_cast<double>(options.max_pairs)) {
     if (total > kMaxPairs) {
-      throw Error("all pairs of " + std::to_string(count) + " poses are too many", kWhere, "set max_pairs");
+      throw Error("all pairs of " + std::to_string(count) + " poses are too many", kTrajectoryErrorWhere,
+                  "set max_pairs");
     }
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t j = 0; j < count; ++j) pairs.emplace_back(i, j);
@@ -319,7 +318,8 @@ class NearestReference {
 
 void validate(const RelativeErrorOptions& options) {
   if (!options.all_pairs && !(options.delta > 0 && std::isfinite(options.delta))) {
-    throw Error("the distance between the poses of a pair is not positive", kWhere, "give a positive delta");
+    throw Error("the distance between the poses of a pair is not positive", kTrajectoryErrorWhere,
+                "give a positive delta");
   }
 }
 

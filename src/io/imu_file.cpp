@@ -22,12 +22,12 @@
 namespace plumbline {
 namespace {
 
-constexpr const char* kAdvice =
+constexpr const char* kImuFileAdvice =
     "write each sample as: timestamp,gyro_x,gyro_y,gyro_z,accelerometer_x,accelerometer_y,accelerometer_z (seconds, "
     "rad/s, m/s^2; other units in square brackets after the name)";
 
 /// Where in a line the readings stand, and by what to multiply them for rad/s, m/s² and µT.
-struct Layout {
+struct ImuColumns {
   std::size_t fields = 0, stamp = 0;
   std::string stamp_unit;  ///< empty: to be found out
   int stamp_decimals = 0;  ///< digits by which the stamps' point must move left for seconds
@@ -88,7 +88,7 @@ std::string stamp_unit(const ColumnName& column) {
 }
 
 /// Fills in what the names tell. Whether any name was one of a sensor.
-bool columns_by_name(std::vector<ColumnName> names, const TextFile& file, Layout* layout) {
+bool columns_by_name(std::vector<ColumnName> names, const TextFile& file, ImuColumns* layout) {
   std::transform(names.begin(), names.end(), names.begin(), with_unit_apart);
   std::array<std::array<int, 3>, kSensors> at;
   for (auto& axes : at) axes.fill(-1);
@@ -104,7 +104,7 @@ bool columns_by_name(std::vector<ColumnName> names, const TextFile& file, Layout
   for (const ImuSensor sensor : {kGyroscope, kAccelerometer, kMagnetometer}) {
     const auto& axes = at[sensor];
     if (std::count(axes.begin(), axes.end(), -1) > 0) continue;
-    Layout::Triple triple;
+    ImuColumns::Triple triple;
     for (std::size_t i = 0; i < 3; ++i) triple.column[i] = static_cast<std::size_t>(axes[i]);
     triple.factor = unit_factor(sensor, names[triple.column[0]].unit, file);
     layout->unit_known[sensor] = !names[triple.column[0]].unit.empty();
@@ -116,10 +116,10 @@ bool columns_by_name(std::vector<ColumnName> names, const TextFile& file, Layout
   return any;
 }
 
-Layout::Triple three_from(std::size_t first) { return {{first, first + 1, first + 2}, 1}; }
+ImuColumns::Triple three_from(std::size_t first) { return {{first, first + 1, first + 2}, 1}; }
 
 /// False if no known form has so many fields.
-bool columns_by_number(Layout* layout) {
+bool columns_by_number(ImuColumns* layout) {
   auto& sensors = layout->sensors;
   if (layout->fields == 4) {
     sensors[kAccelerometer] = three_from(1);
@@ -159,25 +159,25 @@ int guess_stamp_decimals(const std::vector<TextLine>& rows, std::size_t column) 
   return 9;
 }
 
-bool is_broad(const Table& table, const Layout& layout) {
+bool is_broad(const Table& table, const ImuColumns& layout) {
   return table.head.starts_with("BROAD") && layout.fields == 15;
 }
 
-Layout find_layout(const TextFile& file, const Table& table, std::vector<std::string>* notes) {
-  Layout layout;
+ImuColumns find_layout(const TextFile& file, const Table& table, std::vector<std::string>* notes) {
+  ImuColumns layout;
   layout.fields = table_fields(table.rows.front().text).size();
   const std::vector<ColumnName> names = column_names(table.head);
   const bool broad = is_broad(table, layout);
   if (broad) layout.reference = 10;
   const bool named = !broad && names.size() == layout.fields && columns_by_name(names, file, &layout);
   if (named && !layout.sensors[kAccelerometer])
-    throw Error(fmt::format("has no accelerometer among the columns {}", list(names)), file.path(), kAdvice);
+    throw Error(fmt::format("has no accelerometer among the columns {}", list(names)), file.path(), kImuFileAdvice);
   if (!named && (!columns_by_number(&layout) || (layout.fields == 15 && !broad)))
     file.fail(
         table.rows.front(),
         fmt::format("has {} fields, where a sample has 4, 7 or 10 (stamp, gyroscope, accelerometer, magnetometer)",
                     layout.fields),
-        kAdvice);
+        kImuFileAdvice);
   if (!named && table.has_heading)
     add_note(notes, fmt::format("the columns ({}) were taken for a stamp, {}the accelerometer", list(names),
                                 layout.fields > 4 ? "the gyroscope and " : ""));
@@ -200,33 +200,34 @@ std::string point_moved(std::string_view number, int decimals) {
 }
 
 Nanoseconds parse_stamp(const TextFile& file, const TextLine& line, std::string_view text, int decimals) {
-  if (decimals == 0) return stamp_of(file, line, text, kAdvice);
+  if (decimals == 0) return stamp_of(file, line, text, kImuFileAdvice);
   std::optional<Nanoseconds> time;
   if (text.find_first_not_of("-0123456789.") == std::string_view::npos && !text.empty()) {
     time = parse_seconds(point_moved(text, decimals));
   } else if (const auto value = parse_double(text); value && std::abs(*value * std::pow(10, -decimals)) < 9e9) {
     time = from_seconds(*value * std::pow(10, -decimals));
   }
-  if (!time) file.fail(line, fmt::format("'{}' is not a time", text), kAdvice);
+  if (!time) file.fail(line, fmt::format("'{}' is not a time", text), kImuFileAdvice);
   return *time;
 }
 
 Eigen::Vector3d parse_triple(const TextFile& file, const TextLine& line, const std::vector<std::string_view>& fields,
-                             const Layout::Triple& triple, bool may_be_empty) {
+                             const ImuColumns::Triple& triple, bool may_be_empty) {
   Eigen::Vector3d v;
   for (int i = 0; i < 3; ++i) {
     const std::string_view field = fields[triple.column[static_cast<std::size_t>(i)]];
     const auto value = may_be_empty && field.empty() ? std::nan("") : parse_double(field);
-    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kAdvice);
+    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kImuFileAdvice);
     v[i] = *value * triple.factor;
   }
   return v;
 }
 
 ImuSample parse_sample(const TextFile& file, const TextLine& line, const std::vector<std::string_view>& fields,
-                       const Layout& layout) {
+                       const ImuColumns& layout) {
   if (fields.size() != layout.fields)
-    file.fail(line, fmt::format("has {} fields where the lines before have {}", fields.size(), layout.fields), kAdvice);
+    file.fail(line, fmt::format("has {} fields where the lines before have {}", fields.size(), layout.fields),
+              kImuFileAdvice);
   ImuSample sample;
   sample.time = parse_stamp(file, line, fields[layout.stamp], layout.stamp_decimals);
   const auto& sensors = layout.sensors;
@@ -241,14 +242,14 @@ ImuSample parse_sample(const TextFile& file, const TextLine& line, const std::ve
 
 /// The optical orientation of a line, where it is to be evaluated and the markers were seen.
 std::optional<OrientationSample> parse_reference(const TextFile& file, const TextLine& line,
-                                                 const std::vector<std::string_view>& fields, const Layout& layout,
+                                                 const std::vector<std::string_view>& fields, const ImuColumns& layout,
                                                  Nanoseconds time) {
   if (!layout.reference) return std::nullopt;
   std::array<double, 5> numbers{};  // w x y z, movement
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::string_view field = fields[*layout.reference + i];
     const auto value = parse_double(field);
-    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kAdvice);
+    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kImuFileAdvice);
     numbers[i] = *value;
   }
   const Eigen::Vector4d quaternion(numbers[0], numbers[1], numbers[2], numbers[3]);
@@ -268,7 +269,7 @@ struct Look {
   }
 };
 
-Look look_at(const std::vector<TextLine>& rows, const Layout::Triple& triple) {
+Look look_at(const std::vector<TextLine>& rows, const ImuColumns::Triple& triple) {
   constexpr std::size_t kRows = 5000;
   std::vector<double> norms;
   const std::size_t step = rows.size() / kRows + 1;
@@ -291,7 +292,7 @@ Look look_at(const std::vector<TextLine>& rows, const Layout::Triple& triple) {
 }
 
 /// Which three columns are which sensor, where the readings contradict that.
-void check_order(const std::vector<TextLine>& rows, Layout* layout, std::vector<std::string>* notes) {
+void check_order(const std::vector<TextLine>& rows, ImuColumns* layout, std::vector<std::string>* notes) {
   auto& [gyroscope, accelerometer, magnetometer] = layout->sensors;
   if (!gyroscope || !accelerometer) return;
   const Look rate = look_at(rows, *gyroscope), force = look_at(rows, *accelerometer);
@@ -304,9 +305,9 @@ void check_order(const std::vector<TextLine>& rows, Layout* layout, std::vector<
                               layout->named ? "the columns named gyroscope" : "the first three columns", rate.median));
 }
 
-void find_force_unit(const TextFile& file, const std::vector<TextLine>& rows, Layout* layout,
+void find_force_unit(const TextFile& file, const std::vector<TextLine>& rows, ImuColumns* layout,
                      std::vector<std::string>* notes) {
-  Layout::Triple& triple = *layout->sensors[kAccelerometer];
+  ImuColumns::Triple& triple = *layout->sensors[kAccelerometer];
   const Look look = look_at(rows, triple);
   const double per_g = layout->unit_known[kAccelerometer] ? 0 : look.gravity_unit();
   if (layout->stray_scanner) {
@@ -331,7 +332,7 @@ void find_force_unit(const TextFile& file, const std::vector<TextLine>& rows, La
         fmt::format("the three columns read {:.3g} in the median, which is no accelerometer's gravity (9.8 m/s^2 "
                     "or 1 g)",
                     look.median),
-        file.path(), kAdvice);
+        file.path(), kImuFileAdvice);
   add_note(notes, fmt::format("the accelerometer reads {:.3g} m/s^2 in the median, where gravity alone is 9.8: gravity "
                               "seems to be taken out, or the unit is another",
                               median));
@@ -415,7 +416,7 @@ void find_rate_unit(std::optional<double> scale, std::vector<ImuSample>* samples
 }
 
 /// Readings against each other: what the numbers alone could not tell.
-void check_rates(const Layout& layout, std::vector<ImuSample>* samples, std::vector<std::string>* notes) {
+void check_rates(const ImuColumns& layout, std::vector<ImuSample>* samples, std::vector<std::string>* notes) {
   if (!layout.sensors[kGyroscope]) return;
   const auto scale = rate_scale(*samples);
   const bool is_known = layout.unit_known[kGyroscope] || layout.stray_scanner || layout.reference;
@@ -440,9 +441,9 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
   const TextFile file(path);
   const JoinedRows joined(read_table(file));
   const Table& table = joined.table();
-  if (table.rows.empty()) throw Error("has no readings of an inertial sensor", path, kAdvice);
+  if (table.rows.empty()) throw Error("has no readings of an inertial sensor", path, kImuFileAdvice);
   if (!joined.note().empty()) add_note(notes, joined.note());
-  Layout layout = find_layout(file, table, notes);
+  ImuColumns layout = find_layout(file, table, notes);
   if (!layout.reference) check_order(table.rows, &layout, notes);
   find_force_unit(file, table.rows, &layout, notes);
 
@@ -466,9 +467,9 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
     }
   }
   const std::string lost = fmt::format("{} of {} samples are not finite", not_finite, table.rows.size());
-  if (not_finite > recording.samples.size()) throw Error(lost, path, kAdvice);
+  if (not_finite > recording.samples.size()) throw Error(lost, path, kImuFileAdvice);
   if (not_finite > 0) add_note(notes, lost + " and were left out");
-  if (recording.samples.empty()) throw Error("has no readings of an inertial sensor", path, kAdvice);
+  if (recording.samples.empty()) throw Error("has no readings of an inertial sensor", path, kImuFileAdvice);
   recording.has_magnetometer = std::any_of(recording.samples.begin(), recording.samples.end(),
                                            [](const ImuSample& s) { return s.magnetic_field.has_value(); });
   sort_and_thin(&recording.samples, "samples", notes);
@@ -482,7 +483,7 @@ bool is_imu_file(const std::string& path) {
   const Table table = read_table(file);
   if (table.rows.empty()) return false;
   if (names_sensors_in_rows(table)) return true;
-  Layout layout;
+  ImuColumns layout;
   layout.fields = table_fields(table.rows.front().text).size();
   if (is_broad(table, layout)) return true;
   const std::vector<ColumnName> names = column_names(table.head);

@@ -20,7 +20,7 @@
 namespace plumbline {
 namespace {
 
-constexpr const char* kAdvice =
+constexpr const char* kOrientationFileAdvice =
     "write each orientation as: t qx qy qz qw (seconds, unit quaternion), or give a file in TUM's or EuRoC's format";
 
 constexpr std::string_view kTiltOnly = "tilt only";
@@ -38,7 +38,7 @@ struct EulerColumns {
   double radians = 1;      ///< of the angles' unit
 };
 
-struct Layout {
+struct OrientationLayout {
   std::size_t fields = 0;
   bool nanoseconds = false;
   Columns columns;
@@ -142,9 +142,9 @@ double counts_of(const std::vector<TextLine>& rows, const Columns& columns) {
   return std::abs(std::sqrt(sum) / kCounts - 1) < kUnitTolerance ? kCounts : 1;
 }
 
-Layout find_layout(const TextFile& file, const Table& table) {
+OrientationLayout find_layout(const TextFile& file, const Table& table) {
   const std::vector<TextLine>& lines = table.rows;
-  Layout layout;
+  OrientationLayout layout;
   layout.fields = split_fields(lines.front().text, true).size();
   layout.nanoseconds =
       table.head.find("[ns]") != std::string_view::npos ||
@@ -155,27 +155,31 @@ Layout find_layout(const TextFile& file, const Table& table) {
   if (!columns && names.size() == layout.fields) layout.euler = euler_by_name(names, lines);
   if (layout.euler) return layout;
   if (!columns && table.has_heading)
-    throw Error(fmt::format("has no orientation among the columns {}", list(names)), file.path(), kAdvice);
+    throw Error(fmt::format("has no orientation among the columns {}", list(names)), file.path(),
+                kOrientationFileAdvice);
   if (!columns) columns = columns_by_number(layout.fields, layout.nanoseconds);
   if (!columns)
-    file.fail(lines.front(), fmt::format("has {} fields, where an orientation has 5 or 8", layout.fields), kAdvice);
+    file.fail(lines.front(), fmt::format("has {} fields, where an orientation has 5 or 8", layout.fields),
+              kOrientationFileAdvice);
   layout.columns = *columns;
   layout.counts = counts_of(lines, layout.columns);
   return layout;
 }
 
 Nanoseconds parse_stamp(const TextFile& file, const TextLine& line, std::string_view text, bool nanoseconds) {
-  if (!nanoseconds) return stamp_of(file, line, text, kAdvice);
+  if (!nanoseconds) return stamp_of(file, line, text, kOrientationFileAdvice);
   const auto time = parse_unsigned(text);
-  if (!time) file.fail(line, fmt::format("'{}' is not a time in whole nanoseconds", text), kAdvice);
+  if (!time) file.fail(line, fmt::format("'{}' is not a time in whole nanoseconds", text), kOrientationFileAdvice);
   return *time;
 }
 
 /// A line as it stands there; the numbers need not be those of a rotation.
 std::pair<Nanoseconds, Eigen::Vector4d> parse_line(const TextFile& file, const TextLine& line,
-                                                   const std::vector<std::string_view>& fields, const Layout& layout) {
+                                                   const std::vector<std::string_view>& fields,
+                                                   const OrientationLayout& layout) {
   if (fields.size() != layout.fields)
-    file.fail(line, fmt::format("has {} fields where the lines before have {}", fields.size(), layout.fields), kAdvice);
+    file.fail(line, fmt::format("has {} fields where the lines before have {}", fields.size(), layout.fields),
+              kOrientationFileAdvice);
   if (layout.euler) {
     std::array<double, 3> angles{};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -183,7 +187,8 @@ std::pair<Nanoseconds, Eigen::Vector4d> parse_line(const TextFile& file, const T
                                             : i == 1 ? layout.euler->roll
                                                      : layout.euler->pitch];
       const auto value = parse_double(field);
-      if (!value || !std::isfinite(*value)) file.fail(line, fmt::format("'{}' is not a finite number", field), kAdvice);
+      if (!value || !std::isfinite(*value))
+        file.fail(line, fmt::format("'{}' is not a finite number", field), kOrientationFileAdvice);
       angles[i] = *value;
     }
     return {parse_stamp(file, line, fields.front(), layout.nanoseconds),
@@ -193,7 +198,7 @@ std::pair<Nanoseconds, Eigen::Vector4d> parse_line(const TextFile& file, const T
   for (int i = 0; i < 4; ++i) {
     const std::string_view field = fields[layout.columns.quaternion[static_cast<std::size_t>(i)]];
     const auto value = parse_double(field);
-    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kAdvice);
+    if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kOrientationFileAdvice);
     numbers[i] = *value / layout.counts;
   }
   return {parse_stamp(file, line, fields.front(), layout.nanoseconds), numbers};
@@ -212,7 +217,7 @@ struct NotUnit {
     if (count == 0) return;
     const std::string what = fmt::format("{} of {} orientations are no unit quaternions (the first in line {})", count,
                                          good + static_cast<std::size_t>(count), first_line);
-    if (static_cast<std::size_t>(count) > good) throw Error(what, path, kAdvice);
+    if (static_cast<std::size_t>(count) > good) throw Error(what, path, kOrientationFileAdvice);
     add_note(notes, what + " and were left out");
   }
 };
@@ -224,9 +229,9 @@ std::vector<OrientationSample> read_orientations(const std::string& path, const 
   const TextFile file(path);
   const Table table = read_table(file);
   const std::vector<TextLine>& lines = table.rows;
-  if (lines.empty()) throw Error("has no orientations", path, kAdvice);
+  if (lines.empty()) throw Error("has no orientations", path, kOrientationFileAdvice);
 
-  const Layout layout = find_layout(file, table);
+  const OrientationLayout layout = find_layout(file, table);
   if (layout.euler) note_euler(*layout.euler, notes);
   if (layout.counts != 1) add_note(notes, "the quaternions are raw counts of 1/16384, as the BNO055's are");
   OrientationConvention convention = declared;
@@ -255,7 +260,7 @@ std::vector<OrientationSample> read_orientations(const std::string& path, const 
     }
   }
   not_unit.tell(path, samples.size(), notes);
-  if (samples.empty()) throw Error("has no orientations", path, kAdvice);
+  if (samples.empty()) throw Error("has no orientations", path, kOrientationFileAdvice);
   sort_and_thin(&samples, "orientations", notes);
   return samples;
 }

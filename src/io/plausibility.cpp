@@ -18,7 +18,7 @@ namespace {
 constexpr int kLooks = 12, kEveryPixel = 7;
 
 // What depth cameras of this kind see: nothing nearer than their pattern or lens allows, no hall.
-constexpr double kNearest = 0.3, kMedianMin = 0.6, kMedianMax = 6, kFarthest = 12;
+constexpr double kMinReading = 0.3, kMedianMin = 0.6, kMedianMax = 6, kMaxReading = 12;
 
 struct KnownScale {
   double readings;
@@ -38,7 +38,7 @@ const char* who_writes(double scale) {
 }
 
 bool is_plausible(double near, double median, double far) {
-  return near >= kNearest && median >= kMedianMin && median <= kMedianMax && far <= kFarthest;
+  return near >= kMinReading && median >= kMedianMin && median <= kMedianMax && far <= kMaxReading;
 }
 
 /// "at 1000 a metre (millimetres) it would be 2.2 m, at …".

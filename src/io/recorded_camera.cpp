@@ -39,7 +39,7 @@ std::vector<double> numbers_of(const TextFile& file) {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* kAdvice = "give the intrinsics of the depth images with --intrinsics fx,fy,cx,cy";
+constexpr const char* kRecordedCameraAdvice = "give the intrinsics of the depth images with --intrinsics fx,fy,cx,cy";
 
 RecordedCamera made(double fx, double fy, double cx, double cy, double width, double height, const std::string& path) {
   const auto side = [](double v) { return v > 0 && v <= 16384 ? static_cast<int>(v) : 0; };
@@ -77,7 +77,7 @@ RecordedCamera from_json_matrix(json values, double width, double height, const 
     values = flat;
   }
   std::array<double, 9> m{};
-  if (values.size() != m.size()) throw Error("has no matrix of 9 numbers", path, kAdvice);
+  if (values.size() != m.size()) throw Error("has no matrix of 9 numbers", path, kRecordedCameraAdvice);
   for (std::size_t i = 0; i < m.size(); ++i) m[i] = values.at(i).get<double>();
   const bool columns = m[2] == 0 && m[5] == 0;
   return made(m[0], m[4], columns ? m[6] : m[2], columns ? m[7] : m[5], width, height, path);
@@ -107,7 +107,7 @@ RecordedCamera parse_json_camera(const json& root, const std::string& path) {
     const json& k =
         object.contains("intrinsics") && object.at("intrinsics").is_object() ? object.at("intrinsics") : object;
     const double fx = number_in(k, {"fx", "fl_x", "focal_x"}), fy = number_in(k, {"fy", "fl_y", "focal_y"});
-    if (fx == 0 || fy == 0) throw Error("has no intrinsics", path, kAdvice);
+    if (fx == 0 || fy == 0) throw Error("has no intrinsics", path, kRecordedCameraAdvice);
     result = made(fx, fy, number_in(k, {"cx", "ppx"}), number_in(k, {"cy", "ppy"}),
                   width > 0 ? width : number_in(k, {"width", "w"}), height > 0 ? height : number_in(k, {"height", "h"}),
                   path);
@@ -184,7 +184,7 @@ RecordedCamera read_json_camera(const std::string& path) {
   try {
     return parse_json_camera(json::parse(read_file(path)), path);
   } catch (const json::exception& error) {
-    throw Error(fmt::format("is no camera that can be understood ({})", error.what()), path, kAdvice);
+    throw Error(fmt::format("is no camera that can be understood ({})", error.what()), path, kRecordedCameraAdvice);
   }
 }
 
@@ -225,7 +225,7 @@ RecordedCamera read_info_camera(const std::string& path) {
   if (number("fx_depth") > 0)
     return made(number("fx_depth"), number("fy_depth"), number("mx_depth"), number("my_depth"), number("depthWidth"),
                 number("depthHeight"), path);
-  throw Error("has no intrinsics of the depth camera", path, kAdvice);
+  throw Error("has no intrinsics of the depth camera", path, kRecordedCameraAdvice);
 }
 
 RecordedCamera read_yaml_camera(const std::string& path) {
@@ -242,7 +242,7 @@ RecordedCamera read_yaml_camera(const std::string& path) {
   }
   const auto number = [&](const std::string& name) { return values.contains(name) ? values.at(name) : 0.0; };
   if (number("Camera.fx") == 0 || number("Camera.fy") == 0)
-    throw Error("has no Camera.fx and Camera.fy", path, kAdvice);
+    throw Error("has no Camera.fx and Camera.fy", path, kRecordedCameraAdvice);
   RecordedCamera result = made(number("Camera.fx"), number("Camera.fy"), number("Camera.cx"), number("Camera.cy"),
                                number("Camera.width"), number("Camera.height"), path);
   result.choice.distortion = {number("Camera.k1"), number("Camera.k2"), number("Camera.p1"), number("Camera.p2"),

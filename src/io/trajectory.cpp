@@ -49,7 +49,7 @@ bool is_heading(const std::vector<std::string_view>& fields) {
   return std::none_of(fields.begin(), fields.end(), [](std::string_view field) { return parse_double(field); });
 }
 
-constexpr const char* kMatrixAdvice = "write world_from_camera as a 4x4 matrix, its last row 0 0 0 1";
+constexpr const char* kPoseMatrixAdvice = "write world_from_camera as a 4x4 matrix, its last row 0 0 0 1";
 
 /// Row-major 4×4 from a pose file; empty if it is not finite.
 std::optional<SE3> read_pose_matrix(const std::string& path) {
@@ -58,12 +58,12 @@ std::optional<SE3> read_pose_matrix(const std::string& path) {
   for (const TextLine& line : file.lines()) {
     for (const std::string_view field : split_fields(line.text, true)) {
       const auto value = parse_double(field);
-      if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kMatrixAdvice);
+      if (!value) file.fail(line, fmt::format("'{}' is not a number", field), kPoseMatrixAdvice);
       numbers.push_back(*value);
     }
   }
   if (numbers.size() != 16)
-    throw Error(fmt::format("has {} numbers where a pose has 16", numbers.size()), path, kMatrixAdvice);
+    throw Error(fmt::format("has {} numbers where a pose has 16", numbers.size()), path, kPoseMatrixAdvice);
   return pose_of_matrix(numbers, path);
 }
 
@@ -71,14 +71,14 @@ std::optional<SE3> read_pose_matrix(const std::string& path) {
 
 std::optional<SE3> pose_of_matrix(const std::vector<double>& numbers, const std::string& path) {
   if (numbers.size() != 12 && numbers.size() != 16)
-    throw Error(fmt::format("has {} numbers where a pose has 16", numbers.size()), path, kMatrixAdvice);
+    throw Error(fmt::format("has {} numbers where a pose has 16", numbers.size()), path, kPoseMatrixAdvice);
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   for (std::size_t i = 0; i < numbers.size(); ++i) m(static_cast<int>(i / 4), static_cast<int>(i % 4)) = numbers[i];
   if (!m.allFinite()) return std::nullopt;
   const Eigen::Matrix3d r = m.topLeftCorner<3, 3>();
   const bool rigid = (r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kUnitTolerance &&
                      r.determinant() > 0 && (m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < 1e-6;
-  if (!rigid) throw Error("the matrix is no rigid motion", path, kMatrixAdvice);
+  if (!rigid) throw Error("the matrix is no rigid motion", path, kPoseMatrixAdvice);
   return SE3(r, m.topRightCorner<3, 1>()).normalized();
 }
 

@@ -22,11 +22,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kAdvice = "write each pose as: t tx ty tz qx qy qz qw (seconds, metres, unit quaternion)";
+constexpr const char* kTrajectoryFormatsAdvice =
+    "write each pose as: t tx ty tz qx qy qz qw (seconds, metres, unit quaternion)";
 constexpr int kDecimalsOfNanoseconds = 9;
 
 /// Where in a line a stamped pose stands.
-struct Columns {
+struct PoseColumns {
   std::size_t fields = 0, stamp = 0;
   std::array<std::size_t, 3> position{};
   std::array<std::size_t, 4> quaternion{};  ///< x y z w
@@ -53,8 +54,8 @@ int decimals_of(const ColumnName& column) {
   return column.unit == "s" || column.unit == "sec" ? 0 : -1;
 }
 
-std::optional<Columns> columns_by_name(const std::vector<ColumnName>& names, std::string_view first_stamp) {
-  Columns columns;
+std::optional<PoseColumns> columns_by_name(const std::vector<ColumnName>& names, std::string_view first_stamp) {
+  PoseColumns columns;
   columns.fields = names.size();
   int found = 0;
   for (std::size_t i = names.size(); i-- > 0;) {  // of doubled names the first counts
@@ -76,12 +77,12 @@ std::optional<Columns> columns_by_name(const std::vector<ColumnName>& names, std
 }
 
 /// Without a heading: stamps of nanoseconds, EuRoC's order after commas, a number behind the pose. Empty for TUM's own.
-std::optional<Columns> columns_by_form(const TextLine& line, std::vector<std::string>* notes) {
+std::optional<PoseColumns> columns_by_form(const TextLine& line, std::vector<std::string>* notes) {
   const auto fields = split_fields(line.text, true);
   const bool numbers =
       std::all_of(fields.begin(), fields.end(), [](std::string_view field) { return parse_double(field); });
   if (!numbers || fields.size() < 8) return std::nullopt;
-  Columns columns{fields.size(), 0, {1, 2, 3}, {4, 5, 6, 7}, 1, decimals_by_size(fields[0])};
+  PoseColumns columns{fields.size(), 0, {1, 2, 3}, {4, 5, 6, 7}, 1, decimals_by_size(fields[0])};
   const bool commas = line.text.find(',') != std::string_view::npos;
   if (columns.decimals == kDecimalsOfNanoseconds && commas) {
     columns.quaternion = {5, 6, 7, 4};
@@ -96,33 +97,34 @@ std::optional<Columns> columns_by_form(const TextLine& line, std::vector<std::st
   return std::nullopt;
 }
 
-bool is_tum(const Columns& c) {
+bool is_tum(const PoseColumns& c) {
   return c.fields == 8 && c.stamp == 0 && c.position == std::array<std::size_t, 3>{1, 2, 3} &&
          c.quaternion == std::array<std::size_t, 4>{4, 5, 6, 7} && c.decimals == 0 && c.metres == 1;
 }
 
 double number_at(const TextFile& file, const TextLine& line, std::string_view field) {
   const auto value = parse_double(field);
-  if (!value || !std::isfinite(*value)) file.fail(line, fmt::format("'{}' is not a finite number", field), kAdvice);
+  if (!value || !std::isfinite(*value))
+    file.fail(line, fmt::format("'{}' is not a finite number", field), kTrajectoryFormatsAdvice);
   return *value;
 }
 
 StampedPose pose_at(const TextFile& file, const TextLine& line, const std::vector<std::string_view>& fields,
-                    const Columns& columns) {
+                    const PoseColumns& columns) {
   if (fields.size() != columns.fields)
     file.fail(line, fmt::format("has {} fields where the lines before have {}", fields.size(), columns.fields),
-              kAdvice);
+              kTrajectoryFormatsAdvice);
   Eigen::Vector3d t;
   Eigen::Vector4d q;
   for (int i = 0; i < 3; ++i) t[i] = number_at(file, line, fields[columns.position[static_cast<std::size_t>(i)]]);
   for (int i = 0; i < 4; ++i) q[i] = number_at(file, line, fields[columns.quaternion[static_cast<std::size_t>(i)]]);
   if (std::abs(q.norm() - 1) > kUnitTolerance)
-    file.fail(line, fmt::format("the quaternion's length is {:.4g} and not 1", q.norm()), kAdvice);
-  return {stamp_of(file, line, fields[columns.stamp], kAdvice, columns.decimals),
+    file.fail(line, fmt::format("the quaternion's length is {:.4g} and not 1", q.norm()), kTrajectoryFormatsAdvice);
+  return {stamp_of(file, line, fields[columns.stamp], kTrajectoryFormatsAdvice, columns.decimals),
           SE3(Eigen::Quaterniond(q), columns.metres * t)};
 }
 
-Trajectory read_rows(const TextFile& file, const Table& table, const Columns& columns,
+Trajectory read_rows(const TextFile& file, const Table& table, const PoseColumns& columns,
                      std::vector<std::string>* notes) {
   Trajectory trajectory;
   trajectory.reserve(table.rows.size());
@@ -144,7 +146,7 @@ std::vector<double> numbers_of(const TextFile& file, const TextLine* begin, cons
   for (const TextLine* line = begin; line != end; ++line)
     for (const std::string_view field : split_fields(line->text, true)) {
       const auto value = parse_double(field);
-      if (!value) file.fail(*line, fmt::format("'{}' is not a number", field), kAdvice);
+      if (!value) file.fail(*line, fmt::format("'{}' is not a number", field), kTrajectoryFormatsAdvice);
       numbers.push_back(*value);
     }
   return numbers;
@@ -163,7 +165,7 @@ class MatrixPoses {
   }
   Trajectory take() {
     if (not_finite_ > 0) add_note(notes_, fmt::format("{} poses that are not finite were left out", not_finite_));
-    if (trajectory_.empty()) throw Error("has no poses", path_, kAdvice);
+    if (trajectory_.empty()) throw Error("has no poses", path_, kTrajectoryFormatsAdvice);
     sort_and_thin(&trajectory_, "poses", notes_);
     return std::move(trajectory_);
   }
@@ -185,7 +187,8 @@ std::optional<Trajectory> read_log(const TextFile& file, std::vector<std::string
   MatrixPoses poses(file.path(), notes);
   for (std::size_t i = 0; i + kLines <= lines.size(); i += kLines) {
     const auto frame = parse_unsigned(split_fields(lines[i].text, true)[0]);
-    if (!frame || *frame > 1'000'000'000) file.fail(lines[i], "does not begin with the number of a frame", kAdvice);
+    if (!frame || *frame > 1'000'000'000)
+      file.fail(lines[i], "does not begin with the number of a frame", kTrajectoryFormatsAdvice);
     poses.add(time_at_30_hz(*frame), numbers_of(file, &lines[i + 1], &lines[i] + kLines));
   }
   if (lines.size() % kLines != 0) add_note(notes, "the last pose is half-written and was left out");
@@ -202,7 +205,8 @@ std::vector<Nanoseconds> times_beside(const std::string& path, std::size_t count
     const TextFile file(candidate.string());
     if (file.lines().size() < count) continue;
     std::vector<Nanoseconds> times;
-    for (const TextLine& line : file.lines()) times.push_back(stamp_of(file, line, first_field(line), kAdvice));
+    for (const TextLine& line : file.lines())
+      times.push_back(stamp_of(file, line, first_field(line), kTrajectoryFormatsAdvice));
     return times;
   }
   return {};
@@ -224,7 +228,7 @@ std::optional<Trajectory> read_matrix_lines(const TextFile& file, std::vector<st
     if (numbers.size() != fields) {
       if (!is_half_written(lines[i], numbers.size() < fields))
         file.fail(lines[i], fmt::format("has {} fields where the lines before have {}", numbers.size(), fields),
-                  kAdvice);
+                  kTrajectoryFormatsAdvice);
       note_half_written(notes, lines[i]);
       continue;
     }
@@ -256,7 +260,7 @@ std::optional<Trajectory> read_other_trajectory(const TextFile& file, std::vecto
   const Table table = read_table(file);
   if (table.rows.empty()) return std::nullopt;
   const std::vector<ColumnName> names = column_names(table.head);
-  std::optional<Columns> columns;
+  std::optional<PoseColumns> columns;
   if (names.size() == table_fields(table.rows.front().text).size())
     columns = columns_by_name(names, first_field(table.rows.front()));
   if (columns && is_tum(*columns)) return std::nullopt;
@@ -267,7 +271,7 @@ std::optional<Trajectory> read_other_trajectory(const TextFile& file, std::vecto
   if (!columns) columns = columns_by_form(table.rows.front(), notes);
   if (!columns) return std::nullopt;
   Trajectory trajectory = read_rows(file, table, *columns, notes);
-  if (trajectory.empty()) throw Error("has no poses", file.path(), kAdvice);
+  if (trajectory.empty()) throw Error("has no poses", file.path(), kTrajectoryFormatsAdvice);
   sort_and_thin(&trajectory, "poses", notes);
   return trajectory;
 }

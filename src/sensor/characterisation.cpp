@@ -20,8 +20,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "characterisation";
-constexpr double kPi = std::numbers::pi;
+constexpr const char* kCharacterisationWhere = "characterisation";
 
 double square(double x) { return x * x; }
 
@@ -59,7 +58,7 @@ std::optional<double> angle_about(int axis, const Matrix3d& earth_from_body, dou
   const Eigen::Quaterniond q(earth_from_body);
   const double along = q.vec()[axis], twist = std::hypot(along, q.w());
   if (2 * std::acos(std::min(1.0, twist)) > off_axis) return std::nullopt;
-  return std::remainder(2 * std::atan2(along, q.w()), 2 * kPi);
+  return std::remainder(2 * std::atan2(along, q.w()), 2 * std::numbers::pi);
 }
 
 RestReadings summary_of(const std::vector<Vector3d>& errors, int axis, double angle) {
@@ -126,7 +125,7 @@ Eigen::Matrix3d Characterisation::covariance() const {
     const auto turned = [&](int i) { return !axes[static_cast<std::size_t>(i)].rests.empty(); };
     const int other = axis < 2 ? 1 - axis : 2;
     variance[axis] = turned(axis) ? of(axis) : turned(other) ? of(other) : std::max({of(0), of(1), of(2)});
-    variance[axis] = std::max(variance[axis], square(0.01 * kPi / 180));  // nothing is exact
+    variance[axis] = std::max(variance[axis], square(0.01 * std::numbers::pi / 180));  // nothing is exact
   }
   return variance.asDiagonal();
 }
@@ -160,7 +159,7 @@ Characterisation characterise(const std::vector<OrientationSample>& reference,
     belongs ? ++used : ++oblique;
   }
   if (used == 0)
-    throw Error("no rest of the reference has readings of the sensor", kWhere,
+    throw Error("no rest of the reference has readings of the sensor", kCharacterisationWhere,
                 "give two stamps or more of each rest, on the sensor's clock, that last longer than the settling time");
   if (empty > 0) study.notes.push_back(fmt::format("{} rests have too few readings and were left out", empty));
   if (oblique > 0)

@@ -17,8 +17,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "orientation error model";
-constexpr double kPi = std::numbers::pi;
+constexpr const char* kErrorModelWhere = "orientation error model";
 constexpr std::uint64_t kHarmonicsStream = 301;
 
 }  // namespace
@@ -27,7 +26,8 @@ double PeriodicError::at(double angle) const { return constant + periodic(coeffi
 
 SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::uint64_t seed) {
   if (harmonics < 1 || harmonics > 100 || !(amplitude.minCoeff() >= 0) || !amplitude.allFinite())
-    throw Error("the systematic error is out of range", kWhere, "give amplitudes from 0 and 1 to 100 harmonics");
+    throw Error("the systematic error is out of range", kErrorModelWhere,
+                "give amplitudes from 0 and 1 to 100 harmonics");
   for (int axis = 0; axis < 3; ++axis) {
     Random random(stream(stream(seed, kHarmonicsStream), static_cast<std::uint64_t>(axis)));
     std::vector<double>& coefficients = axes_[static_cast<std::size_t>(axis)].coefficients;
@@ -37,7 +37,8 @@ SystematicError::SystematicError(const Vector3d& amplitude, int harmonics, std::
     }
     constexpr int kGrid = 720;
     double largest = 0;
-    for (int i = 0; i < kGrid; ++i) largest = std::max(largest, std::abs(about(axis, 2 * kPi * i / kGrid)));
+    for (int i = 0; i < kGrid; ++i)
+      largest = std::max(largest, std::abs(about(axis, 2 * std::numbers::pi * i / kGrid)));
     for (double& c : coefficients) c = c * amplitude[axis] / largest;
   }
 }
@@ -57,7 +58,7 @@ Vector3d SystematicError::at(const Matrix3d& earth_from_body) const {
 OrientationErrorModel error_model(std::string_view name) {
   if (name == "ideal") return {};
   if (name == "bno055") return {Vector3d(3, 3, 10) * kRadiansPerDegree};
-  throw Error("there is no error model '" + std::string(name) + "'", kWhere, "take ideal or bno055");
+  throw Error("there is no error model '" + std::string(name) + "'", kErrorModelWhere, "take ideal or bno055");
 }
 
 std::vector<OrientationSample> with_error(const OrientationErrorModel& model, std::vector<OrientationSample> samples) {

@@ -8,6 +8,7 @@
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
 #include "plumbline/time.h"
+#include "sensor/measured.h"
 
 namespace plumbline {
 namespace {
@@ -16,9 +17,6 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
-
-bool is_measured(const Vector3d& v) { return v.allFinite() && v.squaredNorm() > 0; }
-bool is_measured(const std::optional<Vector3d>& v) { return v && is_measured(*v); }
 
 /// Up and north of one reading; without a field the heading is arbitrary.
 Quaterniond first_orientation(const ImuSample& r) {

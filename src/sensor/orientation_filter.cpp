@@ -15,6 +15,7 @@
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
 #include "sensor/low_pass.h"
+#include "sensor/measured.h"
 
 namespace plumbline {
 namespace {
@@ -24,10 +25,9 @@ using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "orientation filter";
-constexpr double kPi = std::numbers::pi;
+constexpr const char* kOrientationFilterWhere = "orientation filter";
 
-double wrapped(double angle) { return std::remainder(angle, 2 * kPi); }
+double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 /// Share of the way to its input that a first-order low-pass goes with each sample.
 double gain_of(double tau, double interval) { return tau > 0 ? 1 - std::exp(-interval / tau) : 1; }
@@ -46,9 +46,6 @@ Quaterniond upright(const Vector3d& direction) {
   if (w < 1e-6) return {0, 1, 0, 0};
   return Quaterniond(w, direction.y() / (2 * w), -direction.x() / (2 * w), 0).normalized();
 }
-
-bool is_measured(const Vector3d& v) { return v.allFinite() && v.squaredNorm() > 0; }
-bool is_measured(const std::optional<Vector3d>& v) { return v && is_measured(*v); }
 
 /// The sensor is at rest when rate and acceleration have been near their own means for a while (§3.6).
 class RestDetector {
@@ -285,17 +282,19 @@ void validate(const OrientationFilterOptions& o) {
                              o.bias_rest_sigma,   o.bias_limit,        o.bias_walk,           o.bias_walk_time,
                              o.rest_rate,         o.rest_acceleration, o.field_reference_tau, o.rejection_factor};
   for (const double value : positive)
-    if (!(value > 0 && value < 1e9)) throw Error("an option is not positive", kWhere, "give times and limits above 0");
+    if (!(value > 0 && value < 1e9))
+      throw Error("an option is not positive", kOrientationFilterWhere, "give times and limits above 0");
 }
 
 /// Seconds between two readings, the median.
 double interval_of(const std::vector<ImuSample>& readings) {
-  if (readings.size() < 2) throw Error("there are fewer than two readings", kWhere, "give a recording");
+  if (readings.size() < 2)
+    throw Error("there are fewer than two readings", kOrientationFilterWhere, "give a recording");
   std::vector<double> intervals;
   for (std::size_t i = 1; i < readings.size(); ++i)
     intervals.push_back(to_seconds(readings[i].time - readings[i - 1].time));
   const double interval = median(std::move(intervals));
-  if (!(interval > 0)) throw Error("the readings are not ordered by time", kWhere, "sort them");
+  if (!(interval > 0)) throw Error("the readings are not ordered by time", kOrientationFilterWhere, "sort them");
   return interval;
 }
 
@@ -305,7 +304,8 @@ double seconds_before(const std::vector<ImuSample>& readings, std::size_t i) {
 
 void require_gyroscope(const ImuRecording& recording) {
   if (!recording.has_gyroscope)
-    throw Error("there is no gyroscope in the readings", kWhere, "an accelerometer alone gives the tilt");
+    throw Error("there is no gyroscope in the readings", kOrientationFilterWhere,
+                "an accelerometer alone gives the tilt");
 }
 
 /// The same motion as it would have been measured if time ran backwards.
@@ -440,7 +440,8 @@ std::vector<Vector3d> smoothed_force(const ImuRecording& recording, double tau, 
 }  // namespace
 
 std::vector<OrientationSample> tilt_from_accelerometer(const ImuRecording& recording, double tau, bool both_ways) {
-  if (!(tau >= 0 && tau < 1e6)) throw Error("the time constant is out of range", kWhere, "give seconds from 0");
+  if (!(tau >= 0 && tau < 1e6))
+    throw Error("the time constant is out of range", kOrientationFilterWhere, "give seconds from 0");
   const std::vector<Vector3d> force = smoothed_force(recording, tau, both_ways);
   std::vector<OrientationSample> samples;
   Quaterniond earth_from_body = Quaterniond::Identity();

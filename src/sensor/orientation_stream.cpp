@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Matrix3d;
 
-constexpr const char* kWhere = "orientation";
+constexpr const char* kOrientationStreamWhere = "orientation";
 
 bool is_rotation(const Matrix3d& r) {
   return r.allFinite() && (r * r.transpose() - Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-6 &&
@@ -25,24 +25,26 @@ bool is_rotation(const Matrix3d& r) {
 void validate(const OrientationStreamOptions& o) {
   constexpr double kMaxTime = 1e3;  // seconds
   if (!(std::abs(o.time_offset) <= 1e9))
-    throw Error("the time offset is out of range", kWhere, "give seconds, up to a billion");
+    throw Error("the time offset is out of range", kOrientationStreamWhere, "give seconds, up to a billion");
   if (!(o.max_gap > 0 && o.max_gap <= kMaxTime) || !(o.max_extrapolation >= 0 && o.max_extrapolation <= kMaxTime))
-    throw Error("the longest gap or extrapolation is out of range", kWhere, "give seconds, up to 1000");
-  if (!is_rotation(o.body_from_camera)) throw Error("the mounting is no rotation", kWhere, "give a unit quaternion");
+    throw Error("the longest gap or extrapolation is out of range", kOrientationStreamWhere,
+                "give seconds, up to 1000");
+  if (!is_rotation(o.body_from_camera))
+    throw Error("the mounting is no rotation", kOrientationStreamWhere, "give a unit quaternion");
 }
 
 void validate(const std::vector<OrientationSample>& samples, double offset) {
-  if (samples.empty()) throw Error("there are no samples", kWhere, "give a file with orientations");
+  if (samples.empty()) throw Error("there are no samples", kOrientationStreamWhere, "give a file with orientations");
   // Keeps the sums with offset and gaps within 64 bits.
   constexpr double kLargest = 9.2e9;  // seconds
   for (const OrientationSample& sample : {samples.front(), samples.back()})
     if (std::abs(to_seconds(sample.time) + offset) > kLargest)
-      throw Error("the time offset takes the stamps out of range", kWhere, "check stamps and offset");
+      throw Error("the time offset takes the stamps out of range", kOrientationStreamWhere, "check stamps and offset");
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (i > 0 && samples[i].time <= samples[i - 1].time)
-      throw Error("the samples are not ordered by time", kWhere, "sort them, each stamp once");
+      throw Error("the samples are not ordered by time", kOrientationStreamWhere, "sort them, each stamp once");
     if (!is_rotation(samples[i].earth_from_body))
-      throw Error("sample " + std::to_string(i) + " is no rotation", kWhere, "leave it out");
+      throw Error("sample " + std::to_string(i) + " is no rotation", kOrientationStreamWhere, "leave it out");
   }
 }
 

@@ -7,6 +7,7 @@
 #include <random>
 #include <utility>
 
+#include "core/random.h"
 #include "plumbline/error.h"
 #include "plumbline/image.h"
 #include "plumbline/mesh.h"
@@ -218,9 +219,6 @@ class Shake {
   struct Sine {
     double frequency, phase;
   };
-
-  /// [0, 1). The engine's numbers are prescribed by the standard, those of its distributions are not.
-  static double uniform(std::mt19937_64* random) { return static_cast<double>((*random)() >> 11) * 0x1p-53; }
 
   std::array<Sine, kSines> sines_{};
 };

@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr const char* kWhere = "depth camera";
+constexpr const char* kDepthCameraWhere = "depth camera";
 constexpr int kPacket = 8;
 constexpr double kHalfPi = std::numbers::pi / 2;
 constexpr double kSteepest = radians(82);  ///< radians; the noise formulas end here
@@ -38,7 +38,7 @@ struct Sight {
 using SightImage = Image<Sight>;
 
 /// Names of random streams, of a frame or of the sensor.
-enum Stream : std::uint64_t { kAxial, kShiftX, kShiftY, kHoles, kEdges, kInstant, kDistortion };
+enum NoiseStream : std::uint64_t { kAxial, kShiftX, kShiftY, kHoles, kEdges, kInstant, kDistortion };
 
 /// A Gaussian field of unit variance at every pixel, alike over `spacing` pixels: white noise on a lattice,
 /// interpolated linearly and scaled back to unit variance. The lattice lies differently in each frame.
@@ -184,14 +184,17 @@ float incidence_cosine(const Vector3f& normal, const Vector3f& ray) { return -no
 
 void validate(const DepthCameraOptions& o) {
   const DepthNoise& n = o.model;
-  if (!o.camera.is_valid()) throw Error("the camera's intrinsics are not valid", kWhere, "give a positive size and fx");
-  if (!(o.depth_scale > 0)) throw Error("the depth scale is not positive", kWhere, "give readings per metre");
+  if (!o.camera.is_valid())
+    throw Error("the camera's intrinsics are not valid", kDepthCameraWhere, "give a positive size and fx");
+  if (!(o.depth_scale > 0))
+    throw Error("the depth scale is not positive", kDepthCameraWhere, "give readings per metre");
   if (!(o.readout >= 0) || !(o.exposure >= 0) || o.exposure_samples < 1 || o.exposure_samples > 64)
-    throw Error("a shutter time is out of range", kWhere, "give seconds from 0 and 1 to 64 exposure samples");
+    throw Error("a shutter time is out of range", kDepthCameraWhere,
+                "give seconds from 0 and 1 to 64 exposure samples");
   if (!(n.axial >= 0) || !(n.lateral >= 0) || !(n.baseline > 0) || !(n.focal_length > 0) || !(n.disparity_step >= 0) ||
       !(n.correlation >= 1) || !(n.distortion >= 0) || !(n.min_range >= 0) || !(n.max_range > n.min_range) ||
       !(n.signal >= 0) || !(n.edge_holes >= 0) || !(n.edge_holes <= 1) || !(n.grazing_end > n.grazing_start))
-    throw Error("a value of the noise model is out of range", kWhere,
+    throw Error("a value of the noise model is out of range", kDepthCameraWhere,
                 "give factors from 0, positive lengths, and ranges in ascending order");
 }
 
@@ -219,7 +222,7 @@ class DepthCamera::Implementation {
         mesh_{mesh.positions, {}, mesh.colors, mesh.triangles},
         reflectance_(reflectances(mesh)),
         device_(embree::make_device()),
-        scene_(embree::make_scene(device_.get(), mesh_, kWhere)),
+        scene_(embree::make_scene(device_.get(), mesh_, kDepthCameraWhere)),
         incidence_(options.model),
         distortion_(smooth_pattern(stream(options.seed, kDistortion), options.camera.width, options.camera.height)) {}
 

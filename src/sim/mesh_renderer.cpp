@@ -25,7 +25,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr const char* kWhere = "mesh renderer";
+constexpr const char* kMeshRendererWhere = "mesh renderer";
 constexpr int kTile = 32;
 /// Neighbouring pixels use different rotations of the occlusion rays, all of them within each 4×4 block; the filter
 /// of that size then averages them (interleaved sampling: Keller and Heidrich 2001).
@@ -166,7 +166,7 @@ embree::Scene make_tube(RTCDevice device, const Trajectory& path, float radius) 
   rtcCommitGeometry(tube.get());
   rtcAttachGeometryByID(scene.get(), tube.get(), 0);
   rtcCommitScene(scene.get());
-  embree::check(device, kWhere);
+  embree::check(device, kMeshRendererWhere);
   return scene;
 }
 
@@ -220,11 +220,13 @@ std::pair<Vector3f, Vector3f> axes_around(const Vector3f& n) {
 }
 
 void validate(const Pinhole& camera, const RenderOptions& o) {
-  if (!camera.is_valid()) throw Error("the camera's intrinsics are not valid", kWhere, "give a positive size and fx");
+  if (!camera.is_valid())
+    throw Error("the camera's intrinsics are not valid", kMeshRendererWhere, "give a positive size and fx");
   if (o.samples < 1 || o.samples > 256 || o.occlusion_rays < 0 || o.occlusion_rays > 256) {
-    throw Error("the number of rays is out of range", kWhere, "give 1 to 256 samples and 0 to 256 occlusion rays");
+    throw Error("the number of rays is out of range", kMeshRendererWhere,
+                "give 1 to 256 samples and 0 to 256 occlusion rays");
   }
-  if (!(o.up.norm() > 0)) throw Error("the up direction is zero", kWhere, "give a direction");
+  if (!(o.up.norm() > 0)) throw Error("the up direction is zero", kMeshRendererWhere, "give a direction");
 }
 
 }  // namespace
@@ -234,7 +236,7 @@ class MeshRenderer::Implementation {
   explicit Implementation(const Mesh& mesh)
       : mesh_(mesh),
         device_(embree::make_device()),
-        scene_(embree::make_scene(device_.get(), mesh_, kWhere)),
+        scene_(embree::make_scene(device_.get(), mesh_, kMeshRendererWhere)),
         points_(spread_points(mesh_)),
         size_(robust_size(points_)) {
     if (mesh_.normals.size() != mesh_.positions.size()) mesh_.normals = smooth_normals(mesh_);
@@ -508,7 +510,8 @@ SE3 MeshRenderer::Implementation::default_view(const Pinhole& camera, const Vect
   options.up = up;
   validate(camera, options);
   if (camera.fy < 0) {
-    throw Error("the camera's image is mirrored (fy is negative)", kWhere, "give a camera with a positive fy");
+    throw Error("the camera's image is mirrored (fy is negative)", kMeshRendererWhere,
+                "give a camera with a positive fy");
   }
   if (points_.empty()) return {};
   constexpr int kAzimuths = 16;

@@ -14,11 +14,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "orientation sensor";
-constexpr double kPi = std::numbers::pi;
+constexpr const char* kOrientationSensorWhere = "orientation sensor";
 
 // 301 is the systematic error's.
-enum Stream : std::uint64_t { kOrientation = 302, kGyroscope, kBias, kAccelerometer, kMagnetometer };
+enum SensorStream : std::uint64_t { kOrientation = 302, kGyroscope, kBias, kAccelerometer, kMagnetometer };
 
 Vector3d normal3(std::uint64_t key, std::uint64_t counter) {
   return {normal_at(key, 3 * counter), normal_at(key, 3 * counter + 1), normal_at(key, 3 * counter + 2)};
@@ -26,12 +25,13 @@ Vector3d normal3(std::uint64_t key, std::uint64_t counter) {
 
 void validate(const OrientationSensorOptions& o, double duration) {
   if (!(o.rate > 0) || !(duration >= 0))
-    throw Error("the rate or the duration is not positive", kWhere, "give Hz, seconds");
+    throw Error("the rate or the duration is not positive", kOrientationSensorWhere, "give Hz, seconds");
   if (!(o.latency >= 0) || !std::isfinite(o.clock_offset) || !(std::abs(o.clock_drift) < 0.1))
-    throw Error("the latency or the clock is out of range", kWhere, "give seconds, and a drift below 0.1");
+    throw Error("the latency or the clock is out of range", kOrientationSensorWhere,
+                "give seconds, and a drift below 0.1");
   for (const double sigma : {o.orientation_noise, o.gyroscope_noise, o.gyroscope_bias, o.gyroscope_bias_walk,
                              o.accelerometer_noise, o.magnetometer_noise})
-    if (!(sigma >= 0)) throw Error("a noise is negative", kWhere, "give standard deviations");
+    if (!(sigma >= 0)) throw Error("a noise is negative", kOrientationSensorWhere, "give standard deviations");
 }
 
 /// The sensor's true motion, differentiated numerically: the paths are twice continuously differentiable.
@@ -79,13 +79,14 @@ double soft_interval(double t, double begin, double end) {
   if (!(end > begin)) return 0;
   const double ramp = std::min(0.25, (end - begin) / 2),
                share = std::clamp(std::min(t - begin, end - t) / ramp, 0.0, 1.0);
-  return 0.5 - 0.5 * std::cos(kPi * share);
+  return 0.5 - 0.5 * std::cos(std::numbers::pi * share);
 }
 
 /// How far a disturbance turns a compass, radians about up, counter-clockwise. A body that believes the disturbed field
 /// to be north reports itself turned the other way.
 double heading_shift(const Vector3d& field, const Vector3d& disturbed) {
-  return std::remainder(std::atan2(disturbed.y(), disturbed.x()) - std::atan2(field.y(), field.x()), 2 * kPi);
+  return std::remainder(std::atan2(disturbed.y(), disturbed.x()) - std::atan2(field.y(), field.x()),
+                        2 * std::numbers::pi);
 }
 
 }  // namespace
@@ -97,7 +98,7 @@ std::vector<InertialSample> simulate_sensor(const PoseAt& world_from_camera, dou
   validate(o, duration);
   const BodyMotion motion(world_from_camera, duration, o);
   const SystematicError systematic({o.tilt_error, o.tilt_error, o.heading_error}, o.harmonics, o.seed);
-  const auto key = [&](Stream name) { return stream(o.seed, name); };
+  const auto key = [&](SensorStream name) { return stream(o.seed, name); };
   const Vector3d gravity(0, 0, -kGravity), field = earth_magnetic_field();
   const int before = static_cast<int>(std::ceil((o.latency + std::max(0.0, o.clock_offset)) * o.rate));
   const int after = static_cast<int>(std::ceil((duration + std::max(0.0, -o.clock_offset)) * o.rate));

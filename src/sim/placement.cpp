@@ -17,8 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "placement";
-constexpr double kPi = std::numbers::pi;
+constexpr const char* kPlacementWhere = "placement";
 
 /// Rays and distances in one scene.
 class Surveyor {
@@ -120,7 +119,8 @@ std::vector<Candidate> candidates(const std::vector<SE3>& views, const Scene& sc
   for (const SE3& view : views) looked_at += view * Vector3d(0, 0, 1.3) / static_cast<double>(views.size());
   std::vector<Candidate> list;
   for (int turn = 0; turn < kTurns; ++turn) {
-    const Eigen::Matrix3d rotation = Eigen::AngleAxisd(2 * kPi * turn / kTurns, Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Matrix3d rotation =
+        Eigen::AngleAxisd(2 * std::numbers::pi * turn / kTurns, Vector3d::UnitZ()).toRotationMatrix();
     for (int x = -3; x <= 3; ++x)
       for (int y = -3; y <= 3; ++y)
         for (int z = -1; z <= 2; ++z) {
@@ -162,7 +162,7 @@ Placement place(const Motion& recorded, const Scene& scene, double clearance) {
   if (best->score < 0)
     throw Error("the path does not fit into the scene '" + scene.name + "' with " + std::to_string(clearance) +
                     " m to every surface",
-                kWhere, "take a larger scene, or give the placement and a smaller clearance");
+                kPlacementWhere, "take a larger scene, or give the placement and a smaller clearance");
   return judge(recorded, scene, best->placing);
 }
 

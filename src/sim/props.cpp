@@ -14,7 +14,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Rgb = Mesh::Rgb;
 
-constexpr double kPi = std::numbers::pi;
 constexpr Rgb kBlack{34, 35, 38}, kDark{62, 64, 70}, kGrey{132, 134, 138}, kSteel{172, 176, 182}, kWhite{236, 235, 230};
 
 SE3 shift(double x, double y, double z) { return stand(x, y, z); }
@@ -53,11 +52,11 @@ std::vector<Vector2d> vessel(const std::vector<Vector2d>& outside, double wall) 
 void room(MeshBuilder& m, const Vector2d& half, double height, const Paint& floor, const Paint& wall) {
   const double h = height / 2;
   m.sheet(stand(0, 0, 0), half, floor);
-  m.sheet(turned(0, 0, height, kPi, 0, 0), half, plain({240, 240, 236}));
-  m.sheet(turned(0, half.y(), h, kPi / 2, 0, 0), {half.x(), h}, wall);
-  m.sheet(turned(0, -half.y(), h, kPi / 2, 0, kPi), {half.x(), h}, wall);
-  m.sheet(turned(half.x(), 0, h, kPi / 2, 0, -kPi / 2), {half.y(), h}, wall);
-  m.sheet(turned(-half.x(), 0, h, kPi / 2, 0, kPi / 2), {half.y(), h}, wall);
+  m.sheet(turned(0, 0, height, std::numbers::pi, 0, 0), half, plain({240, 240, 236}));
+  m.sheet(turned(0, half.y(), h, std::numbers::pi / 2, 0, 0), {half.x(), h}, wall);
+  m.sheet(turned(0, -half.y(), h, std::numbers::pi / 2, 0, std::numbers::pi), {half.x(), h}, wall);
+  m.sheet(turned(half.x(), 0, h, std::numbers::pi / 2, 0, -std::numbers::pi / 2), {half.y(), h}, wall);
+  m.sheet(turned(-half.x(), 0, h, std::numbers::pi / 2, 0, std::numbers::pi / 2), {half.y(), h}, wall);
   const Paint skirting = plain({226, 222, 214});
   for (const double side : {-1.0, 1.0}) {
     m.box(stand(0, side * (half.y() - 0.01), 0.05), {half.x(), 0.01, 0.05}, skirting);
@@ -78,14 +77,15 @@ void window(MeshBuilder& m, const SE3& pose, double width, double height) {
 void curtain(MeshBuilder& m, const SE3& pose, double width, double height, Rgb color) {
   const auto fold = [=](double x, double y) {
     const double gather = 0.7 + 0.3 * (y / height + 0.5);
-    return gather * (0.045 * std::sin(2 * kPi * (x + 0.03 * std::sin(3 * y)) / 0.16) +
+    return gather * (0.045 * std::sin(2 * std::numbers::pi * (x + 0.03 * std::sin(3 * y)) / 0.16) +
                      0.02 * lattice_noise({x / 0.2, y / 0.7, 0}, 11));
   };
   m.cell = 0.02;
-  m.sheet(pose * turned(0, -0.14, height / 2, kPi / 2, 0, 0), {width / 2, height / 2}, fold,
+  m.sheet(pose * turned(0, -0.14, height / 2, std::numbers::pi / 2, 0, 0), {width / 2, height / 2}, fold,
           mottled(color, blend(color, {255, 255, 255}, 0.25), {0.09, 0.5, 1}, 5), true);
   m.cell = 0.03;
-  m.cylinder(pose * turned(-width / 2 - 0.1, -0.14, height + 0.03, 0, kPi / 2, 0), 0.014, width + 0.2, plain(kDark));
+  m.cylinder(pose * turned(-width / 2 - 0.1, -0.14, height + 0.03, 0, std::numbers::pi / 2, 0), 0.014, width + 0.2,
+             plain(kDark));
 }
 
 void door(MeshBuilder& m, const SE3& pose) {
@@ -95,7 +95,7 @@ void door(MeshBuilder& m, const SE3& pose) {
   for (const double x : {-0.46, 0.46}) m.box(pose * shift(x, -0.03, 1.02), {0.04, 0.03, 1.02}, plain(kWhite));
   m.box(pose * shift(0, -0.03, 2.05), {0.5, 0.03, 0.04}, plain(kWhite));
   m.blob(pose * shift(0.35, -0.08, 1.02), {0.03, 0.03, 0.03}, plain(kSteel));
-  m.cylinder(pose * turned(0.35, -0.03, 1.02, kPi / 2, 0, 0), 0.012, 0.05, plain(kSteel), 12);
+  m.cylinder(pose * turned(0.35, -0.03, 1.02, std::numbers::pi / 2, 0, 0), 0.012, 0.05, plain(kSteel), 12);
 }
 
 void picture(MeshBuilder& m, const SE3& pose, double width, double height, std::uint64_t key) {
@@ -121,7 +121,7 @@ void radiator(MeshBuilder& m, const SE3& pose, double width) {
   for (int i = 0; i < ribs; ++i)
     m.blob(pose * shift((i - 0.5 * (ribs - 1)) * 0.08, -0.09, 0.42), {0.032, 0.055, 0.30}, paint, 6, 12);
   for (const double z : {0.18, 0.66})
-    m.cylinder(pose * turned(-width / 2 - 0.04, -0.09, z, 0, kPi / 2, 0), 0.022, width + 0.08, paint);
+    m.cylinder(pose * turned(-width / 2 - 0.04, -0.09, z, 0, std::numbers::pi / 2, 0), 0.022, width + 0.08, paint);
 }
 
 void ceiling_lamp(MeshBuilder& m, const SE3& pose) {
@@ -151,7 +151,7 @@ void office_chair(MeshBuilder& m, const SE3& pose, Rgb cloth) {
   m.box(pose * turned(0, 0.27, 0.54, 0.15, 0, 0), {0.03, 0.012, 0.16}, plain(kBlack));
   m.cylinder(pose * shift(0, 0, 0.10), 0.03, 0.35, plain(kDark));
   for (int i = 0; i < 5; ++i) {
-    const SE3 leg = pose * stand(0, 0, 0, 2 * kPi * i / 5 + 0.3);
+    const SE3 leg = pose * stand(0, 0, 0, 2 * std::numbers::pi * i / 5 + 0.3);
     m.blob(leg * turned(0.16, 0, 0.10, 0, 0.12, 0), {0.16, 0.025, 0.02}, plain(kBlack), 4, 10);
     m.blob(leg * shift(0.30, 0, 0.035), {0.035, 0.02, 0.035}, plain(kDark), 3, 10);
   }
@@ -167,7 +167,7 @@ void kitchen_chair(MeshBuilder& m, const SE3& pose) {
   for (const double x : {-0.17, 0.17}) {
     m.cylinder(pose * shift(x, -0.17, 0), 0.02, 0.44, paint);
     m.cylinder(pose * shift(x, 0.17, 0), 0.02, 0.92, paint);
-    m.cylinder(pose * turned(x, -0.17, 0.2, -kPi / 2, 0, 0), 0.012, 0.34, paint, 12);
+    m.cylinder(pose * turned(x, -0.17, 0.2, -std::numbers::pi / 2, 0, 0), 0.012, 0.34, paint, 12);
   }
   for (const double z : {0.66, 0.86}) m.blob(pose * shift(0, 0.17, z), {0.17, 0.012, 0.045}, paint, 5, 12);
 }
@@ -227,8 +227,8 @@ void cabinet(MeshBuilder& m, const SE3& pose, const Vector3d& half, int drawers,
   for (int i = 0; i < drawers; ++i) {
     const double z = 0.05 + (i + 0.5) * step;
     m.box(pose * shift(0, -half.y() - 0.008, z), {half.x() - 0.015, 0.008, step / 2 - 0.008}, plain(front));
-    m.cylinder(pose * turned(-0.3 * half.x(), -half.y() - 0.04, z + 0.2 * step, 0, kPi / 2, 0), 0.007, 0.6 * half.x(),
-               plain(kSteel), 12);
+    m.cylinder(pose * turned(-0.3 * half.x(), -half.y() - 0.04, z + 0.2 * step, 0, std::numbers::pi / 2, 0), 0.007,
+               0.6 * half.x(), plain(kSteel), 12);
   }
 }
 
@@ -339,7 +339,7 @@ void vase(MeshBuilder& m, const SE3& pose, Rgb color) {
   std::vector<Vector2d> outside;
   for (int i = 0; i <= 12; ++i) {
     const double s = i / 12.0;
-    outside.emplace_back(0.035 + 0.035 * std::sin(kPi * std::pow(s, 0.7)) - 0.012 * s, 0.22 * s);
+    outside.emplace_back(0.035 + 0.035 * std::sin(std::numbers::pi * std::pow(s, 0.7)) - 0.012 * s, 0.22 * s);
   }
   m.lathe(pose, vessel(outside, 0.005), mottled(color, blend(color, kWhite, 0.5), {0.03, 0.03, 0.05}, 95));
 }
@@ -349,7 +349,7 @@ void bowl_of_fruit(MeshBuilder& m, const SE3& pose, std::uint64_t key) {
   constexpr std::array<Rgb, 4> kFruit = {{{200, 52, 40}, {232, 150, 40}, {150, 180, 60}, {226, 200, 70}}};
   Random random(stream(key, 97));
   for (int i = 0; i < 7; ++i) {
-    const double azimuth = 2 * kPi * i / 6, r = i == 6 ? 0 : 0.075, size = random.uniform(0.034, 0.042);
+    const double azimuth = 2 * std::numbers::pi * i / 6, r = i == 6 ? 0 : 0.075, size = random.uniform(0.034, 0.042);
     const Rgb c = kFruit[static_cast<std::size_t>(random.below(4))];
     m.blob(pose * shift(r * std::cos(azimuth), r * std::sin(azimuth), i == 6 ? 0.12 : 0.085), {size, size, 0.9 * size},
            mottled(c, blend(c, {120, 60, 30}, 0.4), {0.03, 0.03, 0.03}, key), 2, 14);
@@ -364,7 +364,7 @@ void pen_holder(MeshBuilder& m, const SE3& pose, std::uint64_t key) {
   m.lathe(pose, vessel({{0.04, 0}, {0.04, 0.05}, {0.04, 0.10}}, 0.003), plain(kDark));
   Random random(stream(key, 98));
   for (int i = 0; i < 7; ++i) {
-    const double azimuth = 2 * kPi * i / 7;
+    const double azimuth = 2 * std::numbers::pi * i / 7;
     const double lean_x = random.uniform(-0.25, 0.25), lean_y = random.uniform(-0.25, 0.25);
     const double length = random.uniform(0.13, 0.17);
     const Rgb color = cover_color(random);
@@ -408,7 +408,8 @@ double book_row(MeshBuilder& m, const SE3& pose, double length, std::uint64_t ke
     x += thickness + height * std::sin(lean);
     // On its short edge, the spine to the front.
     const SE3 upright =
-        turned(x, random.uniform(-0.015, 0.01), height + 0.003, 0, -kPi / 2 + lean, kPi / 2) * turned(0, 0, 0, 0, 0, 0);
+        turned(x, random.uniform(-0.015, 0.01), height + 0.003, 0, -std::numbers::pi / 2 + lean, std::numbers::pi / 2) *
+        turned(0, 0, 0, 0, 0, 0);
     const SE3 place = pose * upright * turned(0, 0, -thickness, 0, 0, 0);
     const Rgb cover = cover_color(random);
     const double depth = random.uniform(0.065, 0.09);
@@ -533,7 +534,7 @@ void teddy(MeshBuilder& m, const SE3& pose, double height, Rgb fur) {
            10);
     m.blob(pose * turned(side * 0.26 * h, -0.08 * h, 0.42 * h, 0.5, side * 0.6, 0), {0.075 * h, 0.075 * h, 0.19 * h},
            body, 2.2);
-    m.blob(pose * turned(side * 0.17 * h, -0.24 * h, 0.09 * h, kPi / 2 - 0.1, 0, side * 0.3),
+    m.blob(pose * turned(side * 0.17 * h, -0.24 * h, 0.09 * h, std::numbers::pi / 2 - 0.1, 0, side * 0.3),
            {0.095 * h, 0.09 * h, 0.21 * h}, body, 2.2);
     m.blob(pose * turned(side * 0.225 * h, -0.425 * h, 0.11 * h, 0, 0, side * 0.3), {0.075 * h, 0.03 * h, 0.085 * h},
            pale, 2, 16);
@@ -553,7 +554,7 @@ void computer_tower(MeshBuilder& m, const SE3& pose) {
   m.box(pose * shift(0, 0, 0.22), {0.09, 0.21, 0.21}, plain(kDark));
   m.box(pose * shift(0, -0.215, 0.22), {0.08, 0.006, 0.2}, plain(kBlack));
   for (int i = 0; i < 3; ++i) m.box(pose * shift(0, -0.223, 0.38 - 0.05 * i), {0.07, 0.004, 0.018}, plain(kGrey));
-  m.cylinder(pose * turned(0, -0.22, 0.18, kPi / 2, 0, 0), 0.015, 0.01, plain({80, 160, 210}), 16);
+  m.cylinder(pose * turned(0, -0.22, 0.18, std::numbers::pi / 2, 0, 0), 0.015, 0.01, plain({80, 160, 210}), 16);
 }
 
 void ball(MeshBuilder& m, const SE3& pose, double radius, Rgb a, Rgb b) {

@@ -16,17 +16,16 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-constexpr const char* kWhere = "scene";
+constexpr const char* kScenesWhere = "scene";
 
 /// On the walls of a room of the given half size: `along` runs to the right as one faces the wall from inside.
 struct Walls {
   Vector2d half;
 
   SE3 north(double along, double z) const { return stand(along, half.y(), z, 0); }
-  SE3 south(double along, double z) const { return stand(-along, -half.y(), z, kPi); }
-  SE3 east(double along, double z) const { return stand(half.x(), -along, z, -kPi / 2); }
-  SE3 west(double along, double z) const { return stand(-half.x(), along, z, kPi / 2); }
+  SE3 south(double along, double z) const { return stand(-along, -half.y(), z, std::numbers::pi); }
+  SE3 east(double along, double z) const { return stand(half.x(), -along, z, -std::numbers::pi / 2); }
+  SE3 west(double along, double z) const { return stand(-half.x(), along, z, std::numbers::pi / 2); }
 };
 
 Paint parquet() {
@@ -101,11 +100,11 @@ void office(MeshBuilder& m) {
   m.cell = 0.03;
   props::table(m, stand(0, 0.41, 0), {0.9, 0.4}, 0.74, wood({212, 182, 138}, {190, 156, 110}, 3));
   props::table(m, stand(0, -0.41, 0), {0.9, 0.4}, 0.74, wood({206, 174, 130}, {184, 148, 104}, 4));
-  props::office_chair(m, stand(0.25, 1.25, 0, kPi + 0.4), {46, 70, 110});
+  props::office_chair(m, stand(0.25, 1.25, 0, std::numbers::pi + 0.4), {46, 70, 110});
   props::office_chair(m, stand(-0.35, -1.25, 0, 0.5), {120, 50, 48});
   props::computer_tower(m, stand(-0.7, 0.45, 0, 0.1));
   props::waste_bin(m, stand(1.15, -0.3, 0));
-  props::cabinet(m, stand(1.25, 0.45, 0, -kPi / 2), {0.22, 0.28, 0.3}, 3, {186, 190, 194});
+  props::cabinet(m, stand(1.25, 0.45, 0, -std::numbers::pi / 2), {0.22, 0.28, 0.3}, 3, {186, 190, 194});
   props::plant(m, stand(1.25, 0.45, 0.6), 0.5, 10);
   props::box_carton(m, stand(-1.3, -0.9, 0, 0.4), {0.2, 0.26, 0.16});
   props::ball(m, stand(-1.2, 0.8, 0), 0.12, {200, 60, 50}, {236, 230, 220});
@@ -125,15 +124,15 @@ void office(MeshBuilder& m) {
   props::wall_shelf(m, walls.south(-1.3, 1.3), 1.4, 16);
   props::wall_shelf(m, walls.south(-1.3, 1.75), 1.4, 17);
   props::table(m, stand(1.3, -2.8, 0), {0.8, 0.36}, 0.74, wood({180, 140, 96}, {150, 110, 70}, 18));
-  props::monitor(m, stand(1.2, -2.95, 0.74, kPi));
-  props::keyboard(m, stand(1.2, -2.65, 0.74, kPi));
+  props::monitor(m, stand(1.2, -2.95, 0.74, std::numbers::pi));
+  props::keyboard(m, stand(1.2, -2.65, 0.74, std::numbers::pi));
   props::book_stack(m, stand(1.8, -2.85, 0.74), 6, 19);
   props::plant(m, stand(0.7, -2.9, 0.74), 0.4, 20);
   props::office_chair(m, stand(1.2, -2.1, 0, 0.3), {60, 62, 66});
   props::picture(m, walls.south(0.6, 1.7), 0.9, 0.6, 21);
-  props::cabinet(m, stand(-1.6, -2.9, 0, kPi), {0.5, 0.26, 0.5}, 4, {170, 150, 120});
+  props::cabinet(m, stand(-1.6, -2.9, 0, std::numbers::pi), {0.5, 0.26, 0.5}, 4, {170, 150, 120});
   props::vase(m, stand(-1.6, -2.85, 1.0), {170, 90, 60});
-  props::sofa(m, stand(-2.6, 0.2, 0, kPi / 2), 1.7, {150, 140, 110});
+  props::sofa(m, stand(-2.6, 0.2, 0, std::numbers::pi / 2), 1.7, {150, 140, 110});
   props::picture(m, walls.west(-0.6, 1.6), 0.6, 0.8, 22);
   props::picture(m, walls.west(0.9, 1.6), 0.9, 0.6, 23);
   props::bookcase(m, walls.west(2.4, 0), 0.9, 1.9, 5, 24);
@@ -145,7 +144,7 @@ Mesh desk() {
   MeshBuilder m;
   office(m);
   Mesh mesh = m.mesh();
-  append(m, stand(0, 0.41, 0, kPi), furnish_first_desk, &mesh);
+  append(m, stand(0, 0.41, 0, std::numbers::pi), furnish_first_desk, &mesh);
   append(m, stand(0, -0.41, 0), furnish_second_desk, &mesh);
   return mesh;
 }
@@ -179,24 +178,24 @@ Mesh living_room() {
   const Walls walls{{2.7, 2.4}};
   living_walls(m, walls);
   props::rug(m, stand(-0.2, -0.2, 0, 0.1), {1.2, 0.85}, {140, 60, 54}, {206, 180, 130});
-  props::sofa(m, stand(-2.15, -0.1, 0, kPi / 2), 2.0, {90, 110, 130});
-  props::sofa(m, stand(-0.6, -1.85, 0, kPi), 1.5, {130, 120, 90});
+  props::sofa(m, stand(-2.15, -0.1, 0, std::numbers::pi / 2), 2.0, {90, 110, 130});
+  props::sofa(m, stand(-0.6, -1.85, 0, std::numbers::pi), 1.5, {130, 120, 90});
   props::table(m, stand(-0.2, -0.2, 0, 0.1), {0.5, 0.3}, 0.42, wood({160, 110, 70}, {120, 78, 46}, 42));
   props::bowl_of_fruit(m, stand(-0.35, -0.25, 0.42), 43);
   props::book_stack(m, stand(0.05, -0.1, 0.42, 0.6), 3, 44);
   props::cup(m, stand(-0.1, -0.35, 0.42, 1), {200, 200, 190});
   props::open_book(m, stand(-0.42, -0.02, 0.42, 0.4));
   props::table(m, stand(1.35, 1.0, 0, 0.2), {0.55, 0.42}, 0.75, wood({200, 160, 110}, {170, 126, 80}, 45));
-  props::kitchen_chair(m, stand(1.2, 0.3, 0, kPi + 0.3));
-  props::kitchen_chair(m, stand(0.55, 1.05, 0, kPi / 2 + 0.2));
+  props::kitchen_chair(m, stand(1.2, 0.3, 0, std::numbers::pi + 0.3));
+  props::kitchen_chair(m, stand(0.55, 1.05, 0, std::numbers::pi / 2 + 0.2));
   props::vase(m, stand(1.35, 1.05, 0.75), {60, 100, 130});
   props::plate(m, stand(1.15, 0.85, 0.75), 0.12);
   props::laptop(m, stand(1.6, 1.1, 0.75, 0.5));
   props::bottle(m, stand(1.0, 1.15, 0.75), {60, 90, 60});
-  props::cabinet(m, stand(0.95, -2.1, 0, kPi), {0.6, 0.24, 0.32}, 3, {220, 214, 200});
-  props::monitor(m, stand(0.95, -2.1, 0.64, kPi));
+  props::cabinet(m, stand(0.95, -2.1, 0, std::numbers::pi), {0.6, 0.24, 0.32}, 3, {220, 214, 200});
+  props::monitor(m, stand(0.95, -2.1, 0.64, std::numbers::pi));
   props::globe(m, stand(1.4, -2.1, 0.64));
-  props::teddy(m, stand(0.5, -2.05, 0.64, kPi - 0.3), 0.3, {170, 120, 70});
+  props::teddy(m, stand(0.5, -2.05, 0.64, std::numbers::pi - 0.3), 0.3, {170, 120, 70});
   props::plant(m, stand(2.3, -2.0, 0), 1.2, 46);
   props::plant(m, stand(-2.3, 2.0, 0), 0.9, 47);
   props::desk_lamp(m, stand(2.5, 0.3, 1.2, -1.2), {210, 170, 60});
@@ -226,7 +225,7 @@ void worktop(MeshBuilder& m, const SE3& pose, double width, Mesh::Rgb front) {
         mottled({90, 92, 96}, {140, 142, 146}, {0.02, 0.02, 0.02}, 51));
   // Tiles behind it, their joints as relief.
   m.cell = 0.012;
-  m.sheet(pose * turned(0, -0.004, 1.18, kPi / 2, 0, 0), {width / 2, 0.28}, tile_relief,
+  m.sheet(pose * turned(0, -0.004, 1.18, std::numbers::pi / 2, 0, 0), {width / 2, 0.28}, tile_relief,
           checkered({226, 230, 224}, {188, 208, 206}, 0.14));
   m.cell = 0.03;
 }
@@ -303,9 +302,9 @@ Mesh kitchen() {
   props::bottle(m, stand(1.05, -0.4, 0.74), {70, 110, 70});
   props::cup(m, stand(0.3, -0.55, 0.74, 0.5), {230, 220, 200});
   props::open_book(m, stand(0.4, -0.35, 0.74, 0.3));
-  props::kitchen_chair(m, stand(0.4, -1.3, 0, 0.2 + kPi));
-  props::kitchen_chair(m, stand(1.1, -1.35, 0, kPi - 0.3));
-  props::kitchen_chair(m, stand(1.65, -0.4, 0, -kPi / 2));
+  props::kitchen_chair(m, stand(0.4, -1.3, 0, 0.2 + std::numbers::pi));
+  props::kitchen_chair(m, stand(1.1, -1.35, 0, std::numbers::pi - 0.3));
+  props::kitchen_chair(m, stand(1.65, -0.4, 0, -std::numbers::pi / 2));
   props::window(m, walls.east(0.2, 0.9), 1.2, 1.2);
   props::radiator(m, walls.east(0.2, 0), 1.0);
   props::door(m, walls.south(1.2, 0));
@@ -339,7 +338,7 @@ Mesh teddy() {
   props::radiator(m, walls.east(0, 0), 1.3);
   props::plant(m, stand(2.6, -2.5, 0), 1.2, 76);
   props::door(m, walls.south(1.0, 0));
-  props::cabinet(m, stand(-0.6, -2.7, 0, kPi), {0.6, 0.26, 0.42}, 3, {196, 170, 130});
+  props::cabinet(m, stand(-0.6, -2.7, 0, std::numbers::pi), {0.6, 0.26, 0.42}, 3, {196, 170, 130});
   props::globe(m, stand(-0.4, -2.7, 0.84));
   props::picture(m, walls.north(0.2, 1.6), 1.1, 0.7, 77);
   props::picture(m, walls.south(-0.6, 1.6), 0.8, 0.6, 78);
@@ -397,7 +396,7 @@ Scene make_scene(std::string_view name) {
     if (entry.name == name) return {std::string(name), entry.make(), entry.focus, entry.radius};
     known += (known.empty() ? "" : ", ") + std::string(entry.name);
   }
-  throw Error("there is no scene '" + std::string(name) + "'", kWhere,
+  throw Error("there is no scene '" + std::string(name) + "'", kScenesWhere,
               "take one of " + known + ", or a PLY or OBJ file");
 }
 

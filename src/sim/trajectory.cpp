@@ -20,8 +20,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "trajectory";
-constexpr double kPi = std::numbers::pi;
+constexpr const char* kTrajectoryWhere = "trajectory";
 constexpr double kControlInterval = 0.04;  ///< seconds; a hand moves little above 6 Hz
 
 // ---- regression
@@ -88,12 +87,12 @@ class Tremor {
  public:
   Tremor(std::uint64_t key, double low, double high) {
     Random random(key);
-    for (Sine& sine : sines_) sine = {random.uniform(low, high), random.uniform(0, 2 * kPi)};
+    for (Sine& sine : sines_) sine = {random.uniform(low, high), random.uniform(0, 2 * std::numbers::pi)};
   }
 
   double at(double seconds) const {
     double sum = 0;
-    for (const Sine& s : sines_) sum += std::sin(2 * kPi * s.frequency * seconds + s.phase);
+    for (const Sine& s : sines_) sum += std::sin(2 * std::numbers::pi * s.frequency * seconds + s.phase);
     return sum * std::sqrt(2.0 / kSines);
   }
 
@@ -119,14 +118,14 @@ struct Frame3 {
 };
 
 SE3 orbit_view(const Frame3& f, const PathOptions& o, double t) {
-  const double phase = 2 * kPi * t / std::max(o.duration, 1e-9);
+  const double phase = 2 * std::numbers::pi * t / std::max(o.duration, 1e-9);
   const double azimuth = -0.9 + 0.5 * o.span * std::sin(phase);
   const double r = f.radius * (1 + 0.06 * std::sin(2 * phase + 0.7)), h = f.height * (1 + 0.15 * std::sin(3 * phase));
   return look_at(f.focus + Vector3d(r * std::cos(azimuth), r * std::sin(azimuth), h), f.focus);
 }
 
 SE3 sweep_view(const Frame3& f, const PathOptions& o, double t) {
-  const double share = 0.5 - 0.5 * std::cos(kPi * std::min(1.0, t / std::max(o.duration, 1e-9)));
+  const double share = 0.5 - 0.5 * std::cos(std::numbers::pi * std::min(1.0, t / std::max(o.duration, 1e-9)));
   const Vector3d offset(0.75 * o.span * (2 * share - 1), 0, 0);
   return look_at(f.focus + offset + Vector3d(0, -f.radius, f.height), f.focus + 0.8 * offset);
 }
@@ -139,7 +138,7 @@ SE3 handheld_view(const Frame3& f, const PathOptions& o, double t) {
 }
 
 SE3 turntable_view(const Frame3& f, const PathOptions& o, double t) {
-  const double azimuth = 2 * kPi * t / std::max(o.duration, 1e-9);
+  const double azimuth = 2 * std::numbers::pi * t / std::max(o.duration, 1e-9);
   return look_at(f.focus + Vector3d(f.radius * std::cos(azimuth), f.radius * std::sin(azimuth), f.height), f.focus);
 }
 
@@ -149,7 +148,7 @@ SE3 dance_view(const Frame3& f, const PathOptions& o, double t) {
   const Vector3d home = f.focus + Vector3d(0.35 * f.radius, -0.9 * f.radius, f.height);
   const SE3 view = look_at(home + 0.03 * eye.at(t), f.focus);
   const Vector3d degrees = Vector3d(20, 25, 30).cwiseProduct(turn.at(t));
-  const auto about = [&](int axis) { return so3::exp(degrees[axis] * kPi / 180 * Vector3d::Unit(axis)); };
+  const auto about = [&](int axis) { return so3::exp(degrees[axis] * std::numbers::pi / 180 * Vector3d::Unit(axis)); };
   return {view.rotation() * about(1) * about(0) * about(2), view.translation()};
 }
 
@@ -170,9 +169,9 @@ constexpr std::array<Kind, 5> kKinds = {{{"orbit", &orbit_view, true},
 
 Motion::Motion(std::vector<SE3> controls, double interval) : controls_(std::move(controls)), interval_(interval) {
   if (controls_.size() < 2 || !(interval > 0))
-    throw Error("a motion needs two poses and a positive interval", kWhere, "give a longer path");
+    throw Error("a motion needs two poses and a positive interval", kTrajectoryWhere, "give a longer path");
   for (const SE3& pose : controls_)
-    if (!pose.is_finite()) throw Error("a pose of the path is not finite", kWhere, "remove it");
+    if (!pose.is_finite()) throw Error("a pose of the path is not finite", kTrajectoryWhere, "remove it");
   duration_ = interval_ * static_cast<double>(controls_.size() - 1);
 }
 
@@ -206,7 +205,7 @@ SE3 Motion::at(double seconds) const {
 }
 
 Motion Motion::faster(double factor) const {
-  if (!(factor > 0)) throw Error("the speed is not positive", kWhere, "give a factor such as 2");
+  if (!(factor > 0)) throw Error("the speed is not positive", kTrajectoryWhere, "give a factor such as 2");
   return {controls_, interval_ / factor};
 }
 
@@ -220,7 +219,7 @@ Motion Motion::placed(const SE3& placed_from_world) const {
 Motion smooth_motion(const Trajectory& recorded, double window, Smoothing* lost) {
   constexpr std::size_t kMinSamples = 5;
   if (recorded.size() < kMinSamples)
-    throw Error("has " + std::to_string(recorded.size()) + " poses, too few for a smooth path", kWhere,
+    throw Error("has " + std::to_string(recorded.size()) + " poses, too few for a smooth path", kTrajectoryWhere,
                 "give a trajectory of at least 5 poses");
   std::vector<Sample> samples;
   samples.reserve(recorded.size());
@@ -254,9 +253,9 @@ std::vector<std::string> path_kinds() {
 Motion make_path(const std::string& name, const Scene& scene, const PathOptions& options) {
   const auto* kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& k) { return name == k.name; });
   if (kind == kKinds.end())
-    throw Error("there is no path '" + name + "'", kWhere,
+    throw Error("there is no path '" + name + "'", kTrajectoryWhere,
                 "take orbit, sweep, handheld, turntable, dance, or a TUM file");
-  if (!(options.duration > 0)) throw Error("the duration is not positive", kWhere, "give seconds");
+  if (!(options.duration > 0)) throw Error("the duration is not positive", kTrajectoryWhere, "give seconds");
   Frame3 frame{scene.focus, options.radius, options.height};
   if (!(frame.radius > 0)) frame.radius = std::clamp(1.35 * scene.focus_radius, 0.3, 1.9);
   if (frame.height == 0) frame.height = 0.4 * frame.radius;
@@ -277,11 +276,12 @@ Motion make_path(const std::string& name, const Scene& scene, const PathOptions&
 
 TurnPairs::TurnPairs(Motion path, double angle, TurnAxis axis, double rate, std::uint64_t seed)
     : path_(std::move(path)), angle_(angle), rate_(rate), axis_(axis), seed_(stream(seed, 45)) {
-  if (!(rate > 0) || !std::isfinite(angle)) throw Error("the turn or the rate is not a number", kWhere, "correct it");
+  if (!(rate > 0) || !std::isfinite(angle))
+    throw Error("the turn or the rate is not a number", kTrajectoryWhere, "correct it");
 }
 
 Matrix3d TurnPairs::turn(int pair) const {
-  const double draw = uniform_at(seed_, static_cast<std::uint64_t>(pair)), azimuth = 2 * kPi * draw;
+  const double draw = uniform_at(seed_, static_cast<std::uint64_t>(pair)), azimuth = 2 * std::numbers::pi * draw;
   if (axis_ == TurnAxis::pan) return so3::exp((draw < 0.5 ? angle_ : -angle_) * Vector3d::UnitY());
   return so3::exp(angle_ * Vector3d(std::cos(azimuth), std::sin(azimuth), 0));
 }

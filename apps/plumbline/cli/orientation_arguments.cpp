@@ -96,7 +96,7 @@ bool models_orientation(const OrientationArguments& a) { return !a.imu_model.emp
 
 bool names_mounting(const OrientationArguments& a) { return !a.mounting.empty() || !a.calibration.empty(); }
 
-std::string quaternion_text(const Eigen::Matrix3d& rotation) {
+std::string quoted_quaternion(const Eigen::Matrix3d& rotation) {
   const Eigen::Quaterniond q(rotation);
   return fmt::format("\"{:.4g} {:.4g} {:.4g} {:.4g}\"", q.x(), q.y(), q.z(), q.w());
 }
@@ -110,7 +110,7 @@ std::vector<OrientationSample> filtered(const MountedImu& imu, const Orientation
   if (imu.body_from_camera && !names_mounting(a)) {
     options->body_from_camera = *imu.body_from_camera;
     note(fmt::format("raw readings whose format tells how the sensor sits: --mounting {}",
-                     quaternion_text(*imu.body_from_camera)));
+                     quoted_quaternion(*imu.body_from_camera)));
   }
   if (imu.recording.has_gyroscope) {
     note("raw readings: filtered forward and backward, as `plumbline orientation --offline` does");

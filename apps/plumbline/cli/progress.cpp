@@ -16,11 +16,6 @@ constexpr int kPlainWidth = 100;
 constexpr std::chrono::milliseconds kRedrawInterval{100};
 constexpr int kMinBar = 10, kMaxBar = 40;  // columns
 
-void put(std::string_view text) {
-  std::fwrite(text.data(), 1, text.size(), stderr);
-  std::fflush(stderr);
-}
-
 std::string bar(const ProgressState& state, int columns) {
   const double fraction = state.total > 0 ? std::clamp(static_cast<double>(state.done) / state.total, 0.0, 1.0) : 0.0;
   const auto full = static_cast<std::size_t>(fraction * columns);
@@ -64,7 +59,7 @@ void Progress::update(int done, int tracked, int lost) {
   if (quiet_) return;
   if (!terminal_) {
     if (done > 0 && (done % words_.interval == 0 || done == state_.total))
-      put(fmt::format("{} {}\n", words_.unit, status_text(state_, kPlainWidth, words_)));
+      put_status(fmt::format("{} {}\n", words_.unit, status_text(state_, kPlainWidth, words_)));
     return;
   }
   const Clock::time_point now = Clock::now();
@@ -76,17 +71,17 @@ void Progress::update(int done, int tracked, int lost) {
 void Progress::note(std::string_view line) {
   if (quiet_) return;
   erase();
-  put(fmt::format("{}\n", line));
+  put_status(fmt::format("{}\n", line));
 }
 
 void Progress::draw() {
   // The last column stays free: some terminals begin a new line when it is filled.
-  put("\r" + progress_line(state_, std::max(1, terminal_width() - 1), words_) + "\x1b[K");
+  put_status("\r" + progress_line(state_, std::max(1, terminal_width() - 1), words_) + "\x1b[K");
   visible_ = true;
 }
 
 void Progress::erase() {
-  if (visible_) put("\r\x1b[K");
+  if (visible_) put_status("\r\x1b[K");
   visible_ = false;
 }
 

@@ -17,7 +17,7 @@
 namespace plumbline::app {
 namespace {
 
-constexpr const char* kAxes[] = {"X (east)", "Y (north)", "Z (up)"};
+constexpr const char* kEarthAxes[] = {"X (east)", "Y (north)", "Z (up)"};
 
 struct CharacteriseArguments {
   std::string reference, readings, plot, csv, model;
@@ -36,8 +36,9 @@ void say_table(const Characterisation& study) {
   say("axis       angle     readings  systematic  random   combined  expanded (k = 2), degrees");
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const RestReadings& rest : study.axes[axis].rests)
-      say("{:<9} {:>8.2f} {:>10} {:>11.3f} {:>8.3f} {:>9.3f} {:>9.3f}", kAxes[axis], degrees(rest.angle), rest.count,
-          degrees(rest.systematic), degrees(rest.random), degrees(rest.combined()), degrees(rest.expanded()));
+      say("{:<9} {:>8.2f} {:>10} {:>11.3f} {:>8.3f} {:>9.3f} {:>9.3f}", kEarthAxes[axis], degrees(rest.angle),
+          rest.count, degrees(rest.systematic), degrees(rest.random), degrees(rest.combined()),
+          degrees(rest.expanded()));
 }
 
 void say_summary(const Characterisation& study) {
@@ -45,11 +46,11 @@ void say_summary(const Characterisation& study) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const AxisStudy& a = study.axes[axis];
     if (a.rests.empty())
-      say("{:<10} was not turned about", kAxes[axis]);
+      say("{:<10} was not turned about", kEarthAxes[axis]);
     else
       say("{:<10} {} angles: systematic within ±{:.2f}° ({:.2f}° rms), random {:.3f}°, combined {:.2f}°, expanded "
           "(k = 2) {:.2f}°",
-          kAxes[axis], a.rests.size(), degrees(a.amplitude), degrees(a.systematic), degrees(a.random),
+          kEarthAxes[axis], a.rests.size(), degrees(a.amplitude), degrees(a.systematic), degrees(a.random),
           degrees(a.combined()), 2 * degrees(a.combined()));
   }
 }
@@ -95,7 +96,7 @@ void draw(const Characterisation& study, const std::string& path) {
   Plot plot;
   plot.title = "Error of the orientation sensor";
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (!study.axes[axis].rests.empty()) plot.panels.push_back(panel_of(study.axes[axis], kAxes[axis]));
+    if (!study.axes[axis].rests.empty()) plot.panels.push_back(panel_of(study.axes[axis], kEarthAxes[axis]));
   plot.panel_height = 260;
   save_plot(plot, path);
 }

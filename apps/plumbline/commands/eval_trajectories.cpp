@@ -169,7 +169,7 @@ void say_table(const Comparison<Result>& comparison, const std::string& title, e
   }
 }
 
-Json to_json(const eval::Statistics& s, double scale = 1) {
+Json statistics_json(const eval::Statistics& s, double scale = 1) {
   Json json;
   const Values all = values(s, scale);
   for (std::size_t i = 0; i < all.size(); ++i) json[kColumns[i]] = all[i];
@@ -277,7 +277,7 @@ Json ate_json(const EvalArguments& arguments, const Comparison<eval::AbsoluteErr
       const Eigen::Quaterniond q = row.result->reference_from_estimate.quaternion();
       entry["pairs"] = row.result->pairs.size();
       if (row.scale) entry["scale"] = *row.scale;
-      entry["translation_m"] = to_json(row.result->translation);
+      entry["translation_m"] = statistics_json(row.result->translation);
       entry["reference_from_estimate"] = {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
       if (row.offset) entry["best_offset"] = offset_json(*row.offset);
     } else {
@@ -349,8 +349,8 @@ Json rpe_json(const EvalArguments& arguments, const Comparison<eval::RelativeErr
     if (row.result) {
       entry["pairs"] = row.result->pairs.size();
       if (row.scale) entry["scale"] = *row.scale;
-      entry["translation_m"] = to_json(row.result->translation);
-      entry["rotation_deg"] = to_json(row.result->rotation, kDegreesPerRadian);
+      entry["translation_m"] = statistics_json(row.result->translation);
+      entry["rotation_deg"] = statistics_json(row.result->rotation, kDegreesPerRadian);
     } else {
       entry["problem"] = row.problem;
     }

@@ -55,7 +55,7 @@ std::vector<OrientationSample> orientations_of(const ImuRecording& recording, co
 }
 
 /// Of what the orientations are made, and what they mean.
-std::string describe(const ImuRecording& recording) {
+std::string recording_text(const ImuRecording& recording) {
   const double seconds = to_seconds(recording.samples.back().time - recording.samples.front().time);
   std::string text = fmt::format("{} readings over {:.1f} s: accelerometer", recording.samples.size(), seconds);
   if (recording.has_gyroscope) text += ", gyroscope";
@@ -86,7 +86,7 @@ int filter(const FilterArguments& a) {
     say(json.dump(2));
     return 0;
   }
-  say("input    {}", describe(recording));
+  say("input    {}", recording_text(recording));
   say("output   {}: {}", a.output, meaning(recording));
   if (recording.reference.empty()) return 0;
   const eval::OrientationError error = eval::orientation_error(recording.reference, samples);

@@ -52,7 +52,7 @@ ImuRecording imu_recording(const std::vector<sim::InertialSample>& samples) {
   return recording;
 }
 
-std::string quoted(const std::string& text) {
+std::string toml_string(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
@@ -88,7 +88,7 @@ std::string motion_toml(const SimulatedSequence& s) {
       "clearance = {:.3f}  # m from the camera to the nearest surface, at most 1; negative: passes through one\n"
       "rays_in_range = {:.3f}  # share that meets a surface between 0.5 and 4 m\n"
       "rays_on_focus = {:.3f}  # share that ends within the scene's focus\n",
-      quoted(s.trajectory), s.speed, degrees(s.turn), quoted(s.turn_axis), s.frames, s.rate,
+      toml_string(s.trajectory), s.speed, degrees(s.turn), toml_string(s.turn_axis), s.frames, s.rate,
       pose_numbers(s.placement.scene_from_recorded), s.placement.clearance, s.placement.share_in_range,
       s.placement.share_on_focus);
   return text + smoothing_toml(s) + "\n";
@@ -130,7 +130,7 @@ std::string scene_toml(const SimulatedSequence& s) {
   return fmt::format(
              "# How this sequence was made: `plumbline simulate` with these values gives the same bytes.\n"
              "scene = {}\nseed = {}\nfirst_stamp = {}\n\n",
-             quoted(s.scene), s.seed, format_seconds(s.start)) +
+             toml_string(s.scene), s.seed, format_seconds(s.start)) +
          motion_toml(s) + camera_toml(s.camera) + sensor_toml(s.sensor);
 }
 

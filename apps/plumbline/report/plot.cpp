@@ -35,7 +35,7 @@ constexpr std::array<const char*, 7> kPalette = {"#2a78c4", "#d55e00", "#2e9e6b"
 // ---- the script
 
 /// A string as gnuplot reads it literally.
-std::string quoted(const std::string& text) {
+std::string gnuplot_string(const std::string& text) {
   std::string result = "'";
   for (const char c : text) {
     if (c == '\'') result += '\'';
@@ -136,7 +136,7 @@ std::string data_block(const std::string& name, const std::vector<Point>& points
 
 /// `low`: where the axis begins unless it says so itself.
 std::string axis_text(const char* name, const Axis& axis, const char* low, const char* high) {
-  std::string text = fmt::format("set {}label {} noenhanced\n", name, quoted(axis.label));
+  std::string text = fmt::format("set {}label {} noenhanced\n", name, gnuplot_string(axis.label));
   const auto bound = [&](const std::optional<double>& value, const char* otherwise) {
     return value ? fmt::format("{:.17g}", *value) : otherwise;
   };
@@ -145,7 +145,7 @@ std::string axis_text(const char* name, const Axis& axis, const char* low, const
   if (!axis.ticks.empty()) {
     text += fmt::format("set {}tics noenhanced (", name);
     for (std::size_t i = 0; i < axis.ticks.size(); ++i)
-      text += fmt::format("{}{} {:.17g}", i > 0 ? ", " : "", quoted(axis.ticks[i].second), axis.ticks[i].first);
+      text += fmt::format("{}{} {:.17g}", i > 0 ? ", " : "", gnuplot_string(axis.ticks[i].second), axis.ticks[i].first);
     text += ")\n";
   }
   return text;
@@ -201,12 +201,12 @@ std::string panel_text(const Panel& panel, std::size_t index, const std::string&
     const std::string color = series.color.empty() ? plot_color(i) : series.color;
     curves +=
         fmt::format("{}${} {} {}", drawn++ > 0 ? ", \\\n  " : "plot ", name, style_text(series, bars.width, color),
-                    series.name.empty() ? "notitle" : "title " + quoted(series.name));
+                    series.name.empty() ? "notitle" : "title " + gnuplot_string(series.name));
     named += !series.name.empty();
   }
   std::string text = kPanelLook;
   const std::string title = panel.title + (drawn > 0 ? "" : panel.title.empty() ? "no data" : " (no data)");
-  text += fmt::format("set title {} noenhanced\n", quoted(title));
+  text += fmt::format("set title {} noenhanced\n", gnuplot_string(title));
   const char* foot = bar_series > 0 && !panel.y.log ? "0" : "*";  // bars stand on zero
   text += drawn > 0 ? axis_text("x", panel.x, "*", "*") + axis_text("y", panel.y, foot, "*")
                     : axis_text("x", panel.x, "1", "2") + axis_text("y", panel.y, "1", "2");
@@ -233,7 +233,7 @@ std::string terminal_text(const Plot& plot, const std::string& path, int rows) {
 std::string body_text(const Plot& plot, const std::string& path, int rows) {
   std::string text = "set encoding utf8\n";
   text += fmt::format("set multiplot layout {},{}", rows, plot.columns);
-  if (!plot.title.empty()) text += fmt::format(" title {} noenhanced", quoted(plot.title));
+  if (!plot.title.empty()) text += fmt::format(" title {} noenhanced", gnuplot_string(plot.title));
   text += "\n";
   // What labels and key leave of a panel, about.
   const double shape = (plot.panel_width - 90.0) / std::max(1.0, plot.panel_height - 90.0);
@@ -350,8 +350,8 @@ void save_plot(const Plot& plot, const std::string& path, bool keep_script) {
   write_file(path, drawn.out);
   if (!keep_script) return;
   const std::string name = fs::path(path).filename().string();
-  write_file(fs::path(path).replace_extension(".gp").string(),
-             "# gnuplot THIS_FILE draws " + name + "\n" + terminal + "set output " + quoted(name) + "\n" + body);
+  write_file(fs::path(path).replace_extension(".gp").string(), "# gnuplot THIS_FILE draws " + name + "\n" + terminal +
+                                                                   "set output " + gnuplot_string(name) + "\n" + body);
 }
 
 }  // namespace plumbline::app

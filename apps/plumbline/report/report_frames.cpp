@@ -16,7 +16,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMaxRows = 40'000, kMaxTruePoses = 20'000;
 
 /// What is known of one frame.
-struct Row {
+struct FrameRow {
   const FrameReport* frame = nullptr;
   const ReadTimes* read = nullptr;
   double start = 0;  ///< seconds, the run's first frame
@@ -24,26 +24,26 @@ struct Row {
   Eigen::Vector3d truth = Eigen::Vector3d::Constant(kNone);
 };
 
-using Figure = std::function<double(const Row&)>;
+using FrameFigure = std::function<double(const FrameRow&)>;
 struct Column {
   std::string name;
-  Figure value;
+  FrameFigure value;
 };
 
 /// A figure that only a registered frame has.
-Figure registered(double (*value)(const TrackingResult&)) {
-  return [value](const Row& row) {
+FrameFigure registered(double (*value)(const TrackingResult&)) {
+  return [value](const FrameRow& row) {
     const TrackingResult& tracking = row.frame->tracking;
     return tracking.iterations.empty() ? kNone : value(tracking);
   };
 }
 
 std::vector<Column> identity_columns() {
-  return {{"index", [](const Row& r) { return r.frame->index; }},
-          {"time_s", [](const Row& r) { return to_seconds(r.frame->time) - r.start; }},
-          {"status", [](const Row& r) { return static_cast<double>(r.frame->tracking.status); }},
-          {"reason", [](const Row& r) { return static_cast<double>(r.frame->tracking.reason); }},
-          {"orientation", [](const Row& r) { return static_cast<double>(r.frame->orientation); }}};
+  return {{"index", [](const FrameRow& r) { return r.frame->index; }},
+          {"time_s", [](const FrameRow& r) { return to_seconds(r.frame->time) - r.start; }},
+          {"status", [](const FrameRow& r) { return static_cast<double>(r.frame->tracking.status); }},
+          {"reason", [](const FrameRow& r) { return static_cast<double>(r.frame->tracking.reason); }},
+          {"orientation", [](const FrameRow& r) { return static_cast<double>(r.frame->orientation); }}};
 }
 
 std::vector<Column> tracking_columns() {
@@ -53,34 +53,34 @@ std::vector<Column> tracking_columns() {
           {"inlier_fraction", registered([](const TrackingResult& t) { return t.inlier_fraction; })},
           {"rms_m", registered([](const TrackingResult& t) { return t.rms; })},
           {"median_distance_m", registered([](const TrackingResult& t) { return t.median_distance; })},
-          {"seed_deg", [](const Row& r) { return degrees(r.frame->seed_angle); }},
-          {"seed_to_result_deg", [](const Row& r) { return degrees(r.frame->seed_to_result_angle); }}};
+          {"seed_deg", [](const FrameRow& r) { return degrees(r.frame->seed_angle); }},
+          {"seed_to_result_deg", [](const FrameRow& r) { return degrees(r.frame->seed_to_result_angle); }}};
 }
 
 std::vector<Column> time_columns() {
-  return {{"decode_ms", [](const Row& r) { return r.read->decode; }},
-          {"preprocess_ms", [](const Row& r) { return r.frame->milliseconds.preprocess; }},
-          {"track_ms", [](const Row& r) { return r.frame->milliseconds.track; }},
-          {"integrate_ms", [](const Row& r) { return r.frame->milliseconds.integrate; }},
-          {"raycast_ms", [](const Row& r) { return r.frame->milliseconds.raycast; }}};
+  return {{"decode_ms", [](const FrameRow& r) { return r.read->decode; }},
+          {"preprocess_ms", [](const FrameRow& r) { return r.frame->milliseconds.preprocess; }},
+          {"track_ms", [](const FrameRow& r) { return r.frame->milliseconds.track; }},
+          {"integrate_ms", [](const FrameRow& r) { return r.frame->milliseconds.integrate; }},
+          {"raycast_ms", [](const FrameRow& r) { return r.frame->milliseconds.raycast; }}};
 }
 
 std::vector<Column> pose_columns() {
   const auto position = [](int axis) {
-    return [axis](const Row& r) { return r.frame->world_from_camera.translation()[axis]; };
+    return [axis](const FrameRow& r) { return r.frame->world_from_camera.translation()[axis]; };
   };
   const auto rotation = [](int component) {
-    return [component](const Row& r) { return r.frame->world_from_camera.quaternion().coeffs()[component]; };
+    return [component](const FrameRow& r) { return r.frame->world_from_camera.quaternion().coeffs()[component]; };
   };
   return {{"tx", position(0)}, {"ty", position(1)}, {"tz", position(2)}, {"qx", rotation(0)},
           {"qy", rotation(1)}, {"qz", rotation(2)}, {"qw", rotation(3)}};
 }
 
 std::vector<Column> truth_columns() {
-  return {{"error_m", [](const Row& r) { return r.error; }},
-          {"true_tx", [](const Row& r) { return r.truth.x(); }},
-          {"true_ty", [](const Row& r) { return r.truth.y(); }},
-          {"true_tz", [](const Row& r) { return r.truth.z(); }}};
+  return {{"error_m", [](const FrameRow& r) { return r.error; }},
+          {"true_tx", [](const FrameRow& r) { return r.truth.x(); }},
+          {"true_ty", [](const FrameRow& r) { return r.truth.y(); }},
+          {"true_tz", [](const FrameRow& r) { return r.truth.z(); }}};
 }
 
 std::vector<Column> columns_of(const Reconstruction& run) {
@@ -94,20 +94,20 @@ std::vector<Column> columns_of(const Reconstruction& run) {
   return columns;
 }
 
-void add_truth(const Reconstruction& run, std::vector<Row>* rows) {
+void add_truth(const Reconstruction& run, std::vector<FrameRow>* rows) {
   std::vector<std::size_t> frame_of_pose;  // only tracked frames have a pose
   for (std::size_t i = 0; i < run.frames.size(); ++i)
     if (run.frames[i].tracking.status != TrackingStatus::lost) frame_of_pose.push_back(i);
   const SE3 estimate_from_reference = run.ate->reference_from_estimate.inverse();
   for (const auto& pair : run.ate->pairs) {
-    Row& row = (*rows)[frame_of_pose[pair.estimate]];
+    FrameRow& row = (*rows)[frame_of_pose[pair.estimate]];
     row.error = pair.translation;
     row.truth = estimate_from_reference * run.truth[pair.reference].world_from_camera.translation();
   }
 }
 
-std::vector<Row> rows_of(const Reconstruction& run) {
-  std::vector<Row> rows(run.frames.size());
+std::vector<FrameRow> rows_of(const Reconstruction& run) {
+  std::vector<FrameRow> rows(run.frames.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].frame = &run.frames[i];
     rows[i].read = &run.reads[i];
@@ -120,7 +120,7 @@ std::vector<Row> rows_of(const Reconstruction& run) {
 }  // namespace
 
 FrameTable frame_table(const Reconstruction& run) {
-  const std::vector<Row> rows = rows_of(run);
+  const std::vector<FrameRow> rows = rows_of(run);
   FrameTable table;
   const std::size_t stride = std::max<std::size_t>(1, (rows.size() + kMaxRows - 1) / kMaxRows);
   table.stride = static_cast<int>(stride);

@@ -20,7 +20,6 @@ namespace plumbline::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// Splits the text into rows of fields.
 std::vector<std::vector<std::string>> parse_csv(const std::string& text) {
@@ -66,7 +65,7 @@ std::optional<double> rmse(Evaluate&& evaluate) {
 
 double median(const std::vector<double>& values) { return eval::statistics(values).median; }
 
-void add_errors(const Json& summary, const Trajectory& estimate, RunFigures* figures) {
+void add_errors(const nlohmann::json& summary, const Trajectory& estimate, RunFigures* figures) {
   if (summary.at("ate").is_null()) return;
   if (summary["ate"].contains("rmse_m")) figures->ate = summary["ate"]["rmse_m"];
   const Trajectory truth = read_trajectory(summary["ate"].at("groundtruth"));
@@ -88,7 +87,7 @@ void add_frames(const CsvRows& rows, RunFigures* figures) {
 
 RunFigures read_figures(const std::string& folder) {
   const std::string summary_file = (fs::path(folder) / "summary.json").string();
-  const Json summary = Json::parse(read_file(summary_file));
+  const nlohmann::json summary = nlohmann::json::parse(read_file(summary_file));
   const CsvRows rows((fs::path(folder) / "frames.csv").string());
   RunFigures figures;
   figures.frames = summary.at("frames");
@@ -144,7 +143,7 @@ Trajectory all_frames(const CsvRows& frames) {
 RunFigures run_figures(const std::string& folder) {
   try {
     return read_figures(folder);
-  } catch (const Json::exception& error) {
+  } catch (const nlohmann::json::exception& error) {
     throw Error(fmt::format("the summary cannot be read ({})", error.what()), folder,
                 "Remove the folder, and run again.");
   }

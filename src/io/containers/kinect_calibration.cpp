@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kAdvice = "give the intrinsics of the depth camera (fx, fy, cx, cy in pixels)";
+constexpr const char* kKinectCalibrationAdvice = "give the intrinsics of the depth camera (fx, fy, cx, cy in pixels)";
 
 /// How a mode's image lies in that of the sensor: binned to `full` pixels a side, then cut out from `left`, `top` on.
 struct Window {
@@ -25,14 +25,15 @@ Window depth_window(std::string_view mode, const std::string& name) {
   if (mode == "NFOV_UNBINNED") return {1024, 1024, 192, 180, 640, 576};
   if (mode == "WFOV_2X2BINNED") return {512, 512, 0, 0, 512, 512};
   if (mode == "WFOV_UNBINNED") return {1024, 1024, 0, 0, 1024, 1024};
-  throw Error(fmt::format("the depth mode '{}' is not known", mode), name, kAdvice);
+  throw Error(fmt::format("the depth mode '{}' is not known", mode), name, kKinectCalibrationAdvice);
 }
 
 /// The sensor is of 4:3; modes of 16:9 leave out rows above and below.
 Window color_window(int width, int height, const std::string& name) {
   const int full_height = width * 3 / 4;
   if (height != full_height && height * 16 != width * 9)
-    throw Error(fmt::format("colour of {}x{} is none of the camera's modes", width, height), name, kAdvice);
+    throw Error(fmt::format("colour of {}x{} is none of the camera's modes", width, height), name,
+                kKinectCalibrationAdvice);
   return {width, full_height, 0, (full_height - height) / 2, width, height};
 }
 
@@ -55,10 +56,11 @@ Camera parse_camera(const json& entry, const Window& window, const std::string& 
   const json& intrinsics = entry.at("Intrinsics");
   const auto model = intrinsics.at("ModelType").get<std::string>();
   if (model != "CALIBRATION_LensDistortionModelBrownConrady")
-    throw Error(fmt::format("the lens model '{}' is not known", model), name, kAdvice);
+    throw Error(fmt::format("the lens model '{}' is not known", model), name, kKinectCalibrationAdvice);
   std::array<double, 14> m{};  // cx cy fx fy k1 … k6 codx cody p2 p1
   for (std::size_t i = 0; i < m.size(); ++i) m[i] = intrinsics.at("ModelParameters").at(i).get<double>();
-  if (m[10] != 0 || m[11] != 0) throw Error("the lens has a centre of distortion of its own", name, kAdvice);
+  if (m[10] != 0 || m[11] != 0)
+    throw Error("the lens has a centre of distortion of its own", name, kKinectCalibrationAdvice);
   Camera camera;
   camera.pinhole = {static_cast<float>(m[2] * window.full_width),
                     static_cast<float>(m[3] * window.full_height),
@@ -69,14 +71,14 @@ Camera parse_camera(const json& entry, const Window& window, const std::string& 
   camera.distortion = {m[4], m[5], m[13], m[12], m[6], m[7], m[8], m[9]};
   camera.camera_from_rig = parse_pose(entry.at("Rt"));
   if (!camera.pinhole.is_valid() || !camera.camera_from_rig.is_finite())
-    throw Error("the calibration's numbers are not those of a camera", name, kAdvice);
+    throw Error("the calibration's numbers are not those of a camera", name, kKinectCalibrationAdvice);
   return camera;
 }
 
 const json& entry_with(const json& list, const char* key, std::string_view value, const std::string& name) {
   for (const json& entry : list)
     if (entry.value(key, "") == value) return entry;
-  throw Error(fmt::format("the calibration has no {}", value), name, kAdvice);
+  throw Error(fmt::format("the calibration has no {}", value), name, kKinectCalibrationAdvice);
 }
 
 KinectCalibration parse(const json& calibration, const Window& depth_view, int color_width, int color_height,
@@ -110,12 +112,13 @@ KinectCalibration parse_kinect_calibration(std::string_view text, std::string_vi
   if (view.width != depth_width || view.height != depth_height)
     throw Error(fmt::format("the depth images are {}x{}, and those of the mode {} {}x{}", depth_width, depth_height,
                             depth_mode, view.width, view.height),
-                name, kAdvice);
+                name, kKinectCalibrationAdvice);
   while (!text.empty() && text.back() == '\0') text.remove_suffix(1);  // the recorder attaches a C string
   try {
     return parse(json::parse(text), view, color_width, color_height, name);
   } catch (const json::exception& error) {
-    throw Error(fmt::format("the attached calibration cannot be read ({})", error.what()), name, kAdvice);
+    throw Error(fmt::format("the attached calibration cannot be read ({})", error.what()), name,
+                kKinectCalibrationAdvice);
   }
 }
 

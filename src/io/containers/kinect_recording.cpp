@@ -27,7 +27,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr const char* kAdvice = "give a recording of an Azure Kinect with depth (k4arecorder)";
+constexpr const char* kKinectRecordingAdvice = "give a recording of an Azure Kinect with depth (k4arecorder)";
 constexpr double kMillimetres = 1000;
 constexpr std::size_t kImuBytes = 40;
 
@@ -51,19 +51,19 @@ std::string tag(const MatroskaFile& file, const std::string& name) {
 /// Stamps of the device's clock at the start of the recording; the frames' count from there.
 Nanoseconds start_of(const MatroskaFile& file) { return parse_unsigned(tag(file, "K4A_START_OFFSET_NS")).value_or(0); }
 
-struct RecordedFrame {
+struct KinectFrame {
   Nanoseconds time = 0;
   MatroskaFrame depth;
   std::optional<MatroskaFrame> color = {};
 };
 
-std::vector<RecordedFrame> list_frames(const MatroskaTrack& depth, const MatroskaTrack* color, Nanoseconds start,
-                                       double max_time_difference, std::vector<std::string>* notes) {
+std::vector<KinectFrame> list_frames(const MatroskaTrack& depth, const MatroskaTrack* color, Nanoseconds start,
+                                     double max_time_difference, std::vector<std::string>* notes) {
   std::vector<MatroskaFrame> depth_frames = depth.frames, color_frames;
   sort_and_thin(&depth_frames, "depth frames", notes);
   if (color != nullptr) color_frames = color->frames;
   sort_and_thin(&color_frames, "colour frames", notes);
-  std::vector<RecordedFrame> frames;
+  std::vector<KinectFrame> frames;
   frames.reserve(depth_frames.size());
   for (const MatroskaFrame& frame : depth_frames)
     frames.push_back(
@@ -73,7 +73,7 @@ std::vector<RecordedFrame> list_frames(const MatroskaTrack& depth, const Matrosk
 
 class KinectSequence : public Sequence {
  public:
-  KinectSequence(SequenceInfo found, const std::string& path, std::vector<RecordedFrame> frames,
+  KinectSequence(SequenceInfo found, const std::string& path, std::vector<KinectFrame> frames,
                  std::vector<Nanoseconds> times, std::optional<ColorRegistration> registration,
                  std::vector<MatroskaFrame> imu, bool undistort)
       : Sequence(std::move(found), std::move(times)),
@@ -86,7 +86,7 @@ class KinectSequence : public Sequence {
   Frame read(int index) const override {
     if (index < 0 || index >= size())
       throw Error(fmt::format("there is no frame {} among {}", index, size()), info().path, "count frames from 0");
-    const RecordedFrame& recorded = frames_[static_cast<std::size_t>(index)];
+    const KinectFrame& recorded = frames_[static_cast<std::size_t>(index)];
     Frame frame{index, recorded.time, read_depth(recorded.depth, index), info().depth_scale, {}};
     undistorter_.apply(frame.depth);
     if (!recorded.color || !registration_) return frame;
@@ -98,7 +98,8 @@ class KinectSequence : public Sequence {
   ImuRecording read_imu(std::vector<std::string>* notes) const override {
     ImuRecording recording;
     for (const MatroskaFrame& frame : imu_) {
-      if (frame.size != kImuBytes) throw Error("has a reading of the IMU of another size", info().path, kAdvice);
+      if (frame.size != kImuBytes)
+        throw Error("has a reading of the IMU of another size", info().path, kKinectRecordingAdvice);
       const ImuSample sample = imu_sample(file_.read(frame.offset, frame.size));
       if (sample.specific_force.allFinite() && sample.angular_rate.allFinite()) recording.samples.push_back(sample);
     }
@@ -144,7 +145,7 @@ class KinectSequence : public Sequence {
   }
 
   RandomAccessFile file_;
-  std::vector<RecordedFrame> frames_;
+  std::vector<KinectFrame> frames_;
   std::optional<ColorRegistration> registration_;
   std::vector<MatroskaFrame> imu_;
   Undistorter undistorter_;
@@ -152,12 +153,13 @@ class KinectSequence : public Sequence {
 
 const MatroskaTrack& depth_track(const MatroskaFile& file, const std::string& path) {
   const MatroskaTrack* depth = track_named(file, "DEPTH");
-  if (depth == nullptr) throw Error("has no track named DEPTH", path, kAdvice);
+  if (depth == nullptr) throw Error("has no track named DEPTH", path, kKinectRecordingAdvice);
   if (four_characters(*depth) != "b16g")
     throw Error(fmt::format("its depth is encoded as '{}', where 'b16g' is expected", four_characters(*depth)), path,
-                kAdvice);
-  if (depth->width < 2 || depth->height < 2) throw Error("does not tell the size of its depth images", path, kAdvice);
-  if (depth->frames.empty()) throw Error("has no depth frames", path, kAdvice);
+                kKinectRecordingAdvice);
+  if (depth->width < 2 || depth->height < 2)
+    throw Error("does not tell the size of its depth images", path, kKinectRecordingAdvice);
+  if (depth->frames.empty()) throw Error("has no depth frames", path, kKinectRecordingAdvice);
   return *depth;
 }
 
@@ -202,10 +204,10 @@ std::unique_ptr<Sequence> open_kinect_recording(const std::string& path, const S
   info.depth_scale_source = options.depth_scale ? "given" : "the format (millimetres)";
   if (registration) registration->depth = info.camera;
 
-  std::vector<RecordedFrame> frames =
+  std::vector<KinectFrame> frames =
       list_frames(depth, registration ? color : nullptr, start_of(file), options.max_time_difference, &info.notes);
   std::vector<Nanoseconds> times;
-  for (const RecordedFrame& frame : frames) {
+  for (const KinectFrame& frame : frames) {
     times.push_back(frame.time);
     info.color_frames += frame.color ? 1 : 0;
   }

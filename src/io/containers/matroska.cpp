@@ -40,7 +40,7 @@ namespace kax = libmatroska;
 
 constexpr std::uint64_t kAnySize = std::numeric_limits<std::uint64_t>::max();
 constexpr std::uint64_t kMaxHeader = std::uint64_t{64} << 20;  // bytes of one part that is read whole
-constexpr const char* kAdvice = "give a recording of an Azure Kinect (k4arecorder), or copy the file again";
+constexpr const char* kMatroskaAdvice = "give a recording of an Azure Kinect (k4arecorder), or copy the file again";
 
 /// What the library throws is of several kinds, not all of them std::exception.
 template <class Call>
@@ -143,7 +143,7 @@ class Indexer {
   }
 
  private:
-  [[noreturn]] void fail(const char* what) const { throw Error(what, path_, kAdvice); }
+  [[noreturn]] void fail(const char* what) const { throw Error(what, path_, kMatroskaAdvice); }
 
   bool has_frames() const {
     for (const MatroskaTrack& track : file_.tracks)
@@ -305,7 +305,7 @@ class Indexer {
 MatroskaFile index_matroska(const std::string& path, std::vector<std::string>* notes) {
   MatroskaFile file;
   if (!without_exception([&] { file = Indexer(path, notes).index(); }))
-    throw Error("is damaged, or cannot be read", path, kAdvice);
+    throw Error("is damaged, or cannot be read", path, kMatroskaAdvice);
   return file;
 }
 

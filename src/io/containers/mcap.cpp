@@ -15,14 +15,14 @@
 namespace plumbline {
 namespace {
 
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-constexpr std::uint64_t kMaxChunk = 1u << 28;
+constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
+constexpr std::uint64_t kMaxMcapChunk = 1u << 28;
 constexpr std::size_t kRecordHead = 9;
 constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;  // channel, number, two stamps
 constexpr std::size_t kChunkHead = 8 + 8 + 8 + 4;    // two stamps, size, checksum
 constexpr std::uint32_t kNoChunk = ~std::uint32_t{0};
-constexpr const char* kAdvice = "copy the file again, or repair it with `mcap recover`";
-enum Op : unsigned char { kFooter = 2, kSchema = 3, kChannel = 4, kMessage = 5, kChunk = 6, kDataEnd = 15 };
+constexpr const char* kMcapAdvice = "copy the file again, or repair it with `mcap recover`";
+enum McapOp : unsigned char { kFooter = 2, kSchema = 3, kChannel = 4, kMessage = 5, kChunk = 6, kDataEnd = 15 };
 
 /// Values of a record, one after the other.
 class Fields {
@@ -35,7 +35,7 @@ class Fields {
     return value;
   }
   std::string_view take_bytes(std::size_t size) {
-    if (size > rest_.size()) throw Error("is damaged: a record is too short", "", kAdvice);
+    if (size > rest_.size()) throw Error("is damaged: a record is too short", "", kMcapAdvice);
     const std::string_view bytes = rest_.substr(0, size);
     rest_.remove_prefix(size);
     return bytes;
@@ -72,7 +72,7 @@ class McapStore : public MessageStore {
       result.bytes = std::string_view(*result.owner).substr(message.offset, message.size);
     }
     if (!is_zstd(result.bytes)) return result;
-    auto bytes = unpack_zstd_frame(result.bytes, kMaxChunk);
+    auto bytes = unpack_zstd_frame(result.bytes, kMaxMcapChunk);
     if (!bytes) fail("a packed message is damaged");
     result.owner = std::make_shared<const std::string>(std::move(*bytes));
     result.bytes = *result.owner;
@@ -85,10 +85,10 @@ class McapStore : public MessageStore {
     Packing packing = Packing::none;
   };
 
-  [[noreturn]] void fail(const std::string& what) const { throw Error(what, path(), kAdvice); }
+  [[noreturn]] void fail(const std::string& what) const { throw Error(what, path(), kMcapAdvice); }
 
   void walk() {
-    std::uint64_t at = kMagic.size();
+    std::uint64_t at = kMcapMagic.size();
     while (at < file_.size()) {
       const std::string head = file_.read(at, kRecordHead);
       const auto op = static_cast<unsigned char>(head.front());
@@ -106,7 +106,7 @@ class McapStore : public MessageStore {
     if (op == kChunk) return add_chunk(at, length);
     if (op == kMessage && length >= kMessageHead)
       return add_message(file_.read(at, kMessageHead), kNoChunk, at + kMessageHead, length - kMessageHead);
-    if ((op == kSchema || op == kChannel) && length <= kMaxChunk) add_definition(op, file_.read(at, length));
+    if ((op == kSchema || op == kChannel) && length <= kMaxMcapChunk) add_definition(op, file_.read(at, length));
   }
 
   void add_definition(unsigned char op, std::string_view content) try {
@@ -156,7 +156,7 @@ class McapStore : public MessageStore {
       if (error.where().empty()) fail("is damaged: a chunk's record is too short");
       throw;
     }
-    if (chunk.size > kMaxChunk || chunk.offset > at + length || chunk.stored > at + length - chunk.offset)
+    if (chunk.size > kMaxMcapChunk || chunk.offset > at + length || chunk.stored > at + length - chunk.offset)
       fail("is damaged: a chunk's size cannot be");
     chunks_.push_back(chunk);
     add_messages_of(static_cast<std::uint32_t>(chunks_.size() - 1));
@@ -195,7 +195,7 @@ class McapStore : public MessageStore {
 
 }  // namespace
 
-bool is_mcap(std::string_view bytes) { return bytes.starts_with(kMagic); }
+bool is_mcap(std::string_view bytes) { return bytes.starts_with(kMcapMagic); }
 
 std::unique_ptr<MessageStore> open_mcap_store(const std::string& path, std::vector<std::string>* notes) {
   return std::make_unique<McapStore>(path, notes);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "io/images/image_size.h"
 #include "io/images/jpeg.h"
 #include "io/images/png.h"
 #include "io/images/raw_color.h"
@@ -18,7 +19,6 @@ namespace {
 
 constexpr double kMillimetres = 1000;
 constexpr double kFloatScale = 5000;  // to which 32-bit floats in metres are rounded: 0.2 mm, up to 13 m
-constexpr std::uint32_t kMaxSide = 1 << 14;
 
 /// Values one after the other, as ROS serialises them: ROS 1 little-endian and without gaps; ROS 2 in OMG's Common Data
 /// Representation, which begins with four bytes that tell the order of bytes, and aligns each value to its size.
@@ -114,7 +114,7 @@ bool is_packed_depth(const Image& image) {
 
 /// Rows of `bytes_per_pixel`; throws Error if the data do not hold them.
 void check_rows(const Image& image, std::size_t bytes_per_pixel, const std::string& name) {
-  if (image.width == 0 || image.height == 0 || image.width > kMaxSide || image.height > kMaxSide)
+  if (image.width == 0 || image.height == 0 || image.width > kMaxImageSide || image.height > kMaxImageSide)
     fail(image, "has an impossible size", name);
   if (image.step < image.width * bytes_per_pixel ||
       image.data.size() < std::size_t{image.step} * (image.height - 1) + image.width * bytes_per_pixel)
@@ -154,7 +154,7 @@ DepthImage depth_of_rvl(const Image& image, std::string_view packed, const std::
   if (packed.size() < kHeader) fail(image, "is cut off", name);
   std::array<std::uint32_t, 2> size{};
   std::memcpy(size.data(), packed.data(), kHeader);
-  if (size[0] == 0 || size[1] == 0 || size[0] > kMaxSide || size[1] > kMaxSide)
+  if (size[0] == 0 || size[1] == 0 || size[0] > kMaxImageSide || size[1] > kMaxImageSide)
     fail(image, "has an impossible size", name);
   DepthImage depth(static_cast<int>(size[0]), static_cast<int>(size[1]));
   depth.pixels = decode_rvl(packed.substr(kHeader), depth.pixels.size(), name);
@@ -276,7 +276,7 @@ CameraInfo parse_camera_info(std::string_view message, Wire wire, const std::str
   CameraInfo info;
   info.frame = reader.take_header().frame;
   const auto height = reader.take<std::uint32_t>(), width = reader.take<std::uint32_t>();
-  if (width > kMaxSide || height > kMaxSide)
+  if (width > kMaxImageSide || height > kMaxImageSide)
     throw Error("a camera has an impossible size", name, "choose other topics");
   info.width = static_cast<int>(width);
   info.height = static_cast<int>(height);

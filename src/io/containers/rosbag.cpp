@@ -14,11 +14,11 @@
 namespace plumbline {
 namespace {
 
-constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr std::uint32_t kMaxHeader = 1 << 20, kMaxChunk = 1u << 28;
+constexpr std::string_view kBagMagic = "#ROSBAG V2.0\n";
+constexpr std::uint32_t kMaxBagHeader = 1 << 20, kMaxBagChunk = 1u << 28;
 constexpr std::uint32_t kMaxConnections = 1 << 16;
-constexpr const char* kAdvice = "copy the bag again, or repair it with `rosbag reindex`";
-enum Op : unsigned char { kMessage = 2, kChunk = 5, kConnection = 7 };
+constexpr const char* kRosbagAdvice = "copy the bag again, or repair it with `rosbag reindex`";
+enum BagOp : unsigned char { kBagMessage = 2, kBagChunk = 5, kBagConnection = 7 };
 
 std::uint32_t u32(std::string_view bytes) {
   std::uint32_t value = 0;
@@ -62,13 +62,14 @@ int op_of(std::string_view header) {
 
 }  // namespace
 
-bool is_rosbag(std::string_view bytes) { return bytes.starts_with(kMagic); }
+bool is_rosbag(std::string_view bytes) { return bytes.starts_with(kBagMagic); }
 
-void Bag::fail(const std::string& what) const { throw Error(what, path(), kAdvice); }
+void Bag::fail(const std::string& what) const { throw Error(what, path(), kRosbagAdvice); }
 
 Bag::Bag(const std::string& path, std::vector<std::string>* notes) : MessageStore(path, "ROS bag"), file_(path) {
-  if (!is_rosbag(file_.read(0, std::min<std::uint64_t>(file_.size(), kMagic.size())))) fail("is no bag of format 2.0");
-  std::uint64_t at = kMagic.size();
+  if (!is_rosbag(file_.read(0, std::min<std::uint64_t>(file_.size(), kBagMagic.size()))))
+    fail("is no bag of format 2.0");
+  std::uint64_t at = kBagMagic.size();
   try {
     while (at < file_.size()) add_record(&at);
   } catch (const Error& error) {
@@ -84,17 +85,17 @@ void Bag::add_record(std::uint64_t* at) {
     if (size > limit || size > file_.size() - where - 4) fail("ends early or is damaged");
     return size;
   };
-  const std::uint32_t header_size = length(*at, kMaxHeader);
+  const std::uint32_t header_size = length(*at, kMaxBagHeader);
   const std::string header = file_.read(*at + 4, header_size);
   const std::uint64_t data_at = *at + 4 + header_size;
   const std::uint32_t data_size = length(data_at, ~std::uint32_t{0});
   *at = data_at + 4 + data_size;
   const int op = op_of(header);
-  if (op == kConnection && data_size <= kMaxHeader) add_connection(header, file_.read(data_at + 4, data_size));
-  if (op == kChunk) {
+  if (op == kBagConnection && data_size <= kMaxBagHeader) add_connection(header, file_.read(data_at + 4, data_size));
+  if (op == kBagChunk) {
     const auto compression = field(header, "compression");
     const auto size = number_field(header, "size");
-    if (!compression || !size || *size > kMaxChunk) fail("is damaged: a chunk says nothing of its size");
+    if (!compression || !size || *size > kMaxBagChunk) fail("is damaged: a chunk says nothing of its size");
     add_chunk({data_at + 4, data_size, *size, std::string(*compression)});
   }
   if (op == -1) fail("is damaged");
@@ -117,8 +118,8 @@ void Bag::add_chunk(const Chunk& chunk) {
   std::string_view rest = bytes;
   for (Record record; take_record(&rest, &record);) {
     const int op = op_of(record.header);
-    if (op == kConnection) add_connection(record.header, record.data);
-    if (op != kMessage) continue;
+    if (op == kBagConnection) add_connection(record.header, record.data);
+    if (op != kBagMessage) continue;
     const auto connection = number_field(record.header, "conn");
     const auto time = field(record.header, "time");
     if (!connection || *connection >= topic_of_connection_.size() || topic_of_connection_[*connection] < 0 || !time ||

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "io/camera.h"
+#include "io/images/image_size.h"
 #include "io/images/jpeg.h"
 #include "io/images/png.h"
 #include "io/pose_matrix.h"
@@ -26,9 +27,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr const char* kAdvice = "copy or download the file again";
-constexpr std::uint32_t kVersion = 4, kMaxSide = 16384;
-constexpr std::uint64_t kMaxNameBytes = 1024, kImuBytes = 128;
+constexpr const char* kSensAdvice = "copy or download the file again";
+constexpr std::uint32_t kVersion = 4;
+constexpr std::uint64_t kMaxNameBytes = 1024, kSensImuBytes = 128;
 constexpr int kMaxFrames = 10'000'000;
 
 enum class ColorPacking { raw, png, jpeg, unknown };
@@ -52,7 +53,7 @@ class Cursor {
   }
   std::array<float, 16> take_matrix() { return take<std::array<float, 16>>(); }
   void skip(std::uint64_t size) {
-    if (size > left()) throw Error("ends early", file_.path(), kAdvice);
+    if (size > left()) throw Error("ends early", file_.path(), kSensAdvice);
     at_ += size;
   }
   std::uint64_t at() const { return at_; }
@@ -63,13 +64,13 @@ class Cursor {
   std::uint64_t at_ = 0;
 };
 
-struct Camera {
+struct SensCamera {
   std::array<float, 16> intrinsic{}, extrinsic{};  ///< 4×4, in rows
 };
 
 struct Header {
   std::string sensor;
-  Camera color, depth;
+  SensCamera color, depth;
   ColorPacking color_packing{};
   DepthPacking depth_packing{};
   std::uint32_t color_width = 0, color_height = 0, depth_width = 0, depth_height = 0;
@@ -96,9 +97,9 @@ struct Contents {
 
 Header read_header(Cursor* cursor, const std::string& path) {
   Header h;
-  if (cursor->take<std::uint32_t>() != kVersion) throw Error("is a .sens of another version than 4", path, kAdvice);
+  if (cursor->take<std::uint32_t>() != kVersion) throw Error("is a .sens of another version than 4", path, kSensAdvice);
   const auto length = cursor->take<std::uint64_t>();
-  if (length > kMaxNameBytes) throw Error("is no .sens of ScanNet", path, kAdvice);
+  if (length > kMaxNameBytes) throw Error("is no .sens of ScanNet", path, kSensAdvice);
   h.sensor = cursor->take_bytes(length);
   h.color = {cursor->take_matrix(), cursor->take_matrix()};
   h.depth = {cursor->take_matrix(), cursor->take_matrix()};
@@ -109,9 +110,10 @@ Header read_header(Cursor* cursor, const std::string& path) {
     *side = cursor->take<std::uint32_t>();
   h.depth_shift = cursor->take<float>();
   h.frames = cursor->take<std::uint64_t>();
-  const bool sizes = h.depth_width > 0 && h.depth_height > 0 && h.depth_width <= kMaxSide && h.depth_height <= kMaxSide;
-  if (!sizes || h.color_width > kMaxSide || h.color_height > kMaxSide)
-    throw Error("has images of an impossible size", path, kAdvice);
+  const bool sizes =
+      h.depth_width > 0 && h.depth_height > 0 && h.depth_width <= kMaxImageSide && h.depth_height <= kMaxImageSide;
+  if (!sizes || h.color_width > kMaxImageSide || h.color_height > kMaxImageSide)
+    throw Error("has images of an impossible size", path, kSensAdvice);
   if (h.depth_packing != DepthPacking::raw && h.depth_packing != DepthPacking::zlib)
     throw Error("packs its depth in a way that is not read (occi)", path,
                 "unpack it with ScanNet's SensReader, and give that folder");
@@ -159,17 +161,17 @@ Contents index(const RandomAccessFile& file, std::vector<std::string>* notes) {
       break;
     }
   }
-  if (contents.frames.empty()) throw Error("has no frames", file.path(), kAdvice);
+  if (contents.frames.empty()) throw Error("has no frames", file.path(), kSensAdvice);
   if (contents.frames.size() == contents.header.frames && cursor.left() >= sizeof(std::uint64_t)) {
     contents.imu_count = cursor.take<std::uint64_t>();
     contents.imu_offset = cursor.at();
-    contents.imu_count = std::min(contents.imu_count, cursor.left() / kImuBytes);
+    contents.imu_count = std::min(contents.imu_count, cursor.left() / kSensImuBytes);
   }
   set_times(has_stamps, &contents.frames, notes);
   return contents;
 }
 
-Pinhole pinhole(const Camera& camera, std::uint32_t width, std::uint32_t height) {
+Pinhole pinhole(const SensCamera& camera, std::uint32_t width, std::uint32_t height) {
   const std::array<float, 16>& m = camera.intrinsic;
   return {m[0], m[5], m[2], m[6], static_cast<int>(width), static_cast<int>(height)};
 }
@@ -201,7 +203,7 @@ class SensSequence : public Sequence {
   ImuRecording read_imu(std::vector<std::string>* notes) const override {
     ImuRecording recording;
     for (std::uint64_t i = 0; i < contents_.imu_count; ++i) {
-      const std::string bytes = file_.read(contents_.imu_offset + i * kImuBytes, kImuBytes);
+      const std::string bytes = file_.read(contents_.imu_offset + i * kSensImuBytes, kSensImuBytes);
       const ImuSample sample = imu_sample(bytes);
       if (sample.specific_force.allFinite() && sample.angular_rate.allFinite()) recording.samples.push_back(sample);
     }
@@ -238,7 +240,8 @@ class SensSequence : public Sequence {
     } else if (uncompress(out, &size, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()) != Z_OK) {
       size = 0;
     }
-    if (size != expected) throw Error("the depth is damaged or of another size", frame_name("depth", index), kAdvice);
+    if (size != expected)
+      throw Error("the depth is damaged or of another size", frame_name("depth", index), kSensAdvice);
     return depth;
   }
 
@@ -251,7 +254,7 @@ class SensSequence : public Sequence {
     else
       color = is_jpeg(bytes) ? decode_jpeg(bytes, name) : decode_color_png(bytes, name);
     if (color.width != camera.width || color.height != camera.height)
-      throw Error("the colour image is of another size", name, kAdvice);
+      throw Error("the colour image is of another size", name, kSensAdvice);
     return color;
   }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMaxMessage = 1u << 28;
 constexpr int kMaxSteps = 1 << 30;
-constexpr const char* kAdvice = "copy the file again, or convert it with `ros2 bag convert`";
+constexpr const char* kSqliteStoreAdvice = "copy the file again, or convert it with `ros2 bag convert`";
 
 struct Closer {
   void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
@@ -62,7 +62,7 @@ class SqliteStore : public MessageStore {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const { throw Error(what, path(), kAdvice); }
+  [[noreturn]] void fail(const std::string& what) const { throw Error(what, path(), kSqliteStoreAdvice); }
   std::string reason() const { return sqlite3_errmsg(database_.get()); }
 
   void open(const std::string& name, int flags) {

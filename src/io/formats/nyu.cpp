@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kNoReading = 2047;
-constexpr double kScale = 5000, kFarthest = 10;  // readings a metre; m, as the toolbox cuts off
+constexpr double kScale = 5000, kMaxNyuDepth = 10;  // readings a metre; m, as the toolbox cuts off
 
 /// d-1294886362.665769-2143162612.pgm
 std::vector<StampedFile> files_of(const fs::path& folder, std::string_view prefix, std::string_view extension) {
@@ -36,7 +36,7 @@ std::vector<StampedFile> files_of(const fs::path& folder, std::string_view prefi
 /// The Kinect's 11 bits as a distance: z = 351.3 / (1092.5 − raw). 0 where there is none.
 std::uint16_t reading_of_raw(int raw) {
   const double metres = 351.3 / (1092.5 - raw);
-  if (raw <= 0 || raw >= kNoReading || !(metres > 0 && metres <= kFarthest)) return 0;
+  if (raw <= 0 || raw >= kNoReading || !(metres > 0 && metres <= kMaxNyuDepth)) return 0;
   return static_cast<std::uint16_t>(std::lround(metres * kScale));
 }
 

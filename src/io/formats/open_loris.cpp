@@ -19,7 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kAdvice = "unpack the data set again, or give the intrinsics with --intrinsics fx,fy,cx,cy";
+constexpr const char* kOpenLorisAdvice =
+    "unpack the data set again, or give the intrinsics with --intrinsics fx,fy,cx,cy";
 
 /// The numbers of a sensor in sensors.yaml by their names, "intrinsics" being a list.
 using Section = std::map<std::string, std::vector<double>>;
@@ -71,7 +72,7 @@ CameraChoice camera_of(const std::map<std::string, Section>& sensors, std::strin
             fmt::format("sensors.yaml ({})", name),
             false};
   }
-  throw Error(fmt::format("has no intrinsics of {}", stream), path, kAdvice);
+  throw Error(fmt::format("has no intrinsics of {}", stream), path, kOpenLorisAdvice);
 }
 
 /// Lines "seconds x y z".
@@ -83,12 +84,12 @@ std::vector<ImuSample> read_triples(const fs::path& path, Eigen::Vector3d ImuSam
   for (const TextLine& line : file.lines()) {
     const auto fields = split_fields(line.text, true);
     if (fields.size() != 4) {
-      if (!is_half_written(line, fields.size() < 4)) file.fail(line, "has other than 4 numbers", kAdvice);
+      if (!is_half_written(line, fields.size() < 4)) file.fail(line, "has other than 4 numbers", kOpenLorisAdvice);
       note_half_written(notes, line);
       continue;
     }
     ImuSample sample;
-    sample.time = stamp_of(file, line, fields[0], kAdvice);
+    sample.time = stamp_of(file, line, fields[0], kOpenLorisAdvice);
     for (std::size_t i = 0; i < 3; ++i)
       (sample.*member)[static_cast<int>(i)] = parse_double(fields[i + 1]).value_or(std::nan(""));
     if ((sample.*member).allFinite()) samples.push_back(sample);

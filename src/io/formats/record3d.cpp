@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* kAdvice = "export the recording again as 'EXR + RGB'";
+constexpr const char* kRecord3dAdvice = "export the recording again as 'EXR + RGB'";
 constexpr double kMaxTime = 4e9;  // s
 
 struct Metadata {
@@ -42,27 +42,29 @@ struct Metadata {
 /// qx qy qz qw tx ty tz.
 SE3 pose_of(const json& values, const std::string& path) {
   std::array<double, 7> v{};
-  if (!values.is_array() || values.size() != v.size()) throw Error("has a pose of other than 7 numbers", path, kAdvice);
+  if (!values.is_array() || values.size() != v.size())
+    throw Error("has a pose of other than 7 numbers", path, kRecord3dAdvice);
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = values.at(i).get<double>();
   const Eigen::Quaterniond q(v[3], v[0], v[1], v[2]);
   const Eigen::Vector3d t(v[4], v[5], v[6]);
-  if (!t.allFinite() || !(std::abs(q.norm() - 1) <= kUnitTolerance)) throw Error("holds no pose", path, kAdvice);
+  if (!t.allFinite() || !(std::abs(q.norm() - 1) <= kUnitTolerance))
+    throw Error("holds no pose", path, kRecord3dAdvice);
   return camera_forward(SE3(q, t));
 }
 
-Metadata parse(const json& root, const std::string& path) {
+Metadata parse_metadata(const json& root, const std::string& path) {
   Metadata data;
   data.path = path;
   data.color = read_json_camera(path).choice.camera;
   if (root.contains("fps") && root.at("fps").is_number()) {
     data.rate = root.at("fps").get<double>();
-    if (!(data.rate > 0.01 && data.rate < 1e4)) throw Error("has an impossible rate of frames", path, kAdvice);
+    if (!(data.rate > 0.01 && data.rate < 1e4)) throw Error("has an impossible rate of frames", path, kRecord3dAdvice);
     data.rate_is_guess = false;
   }
   if (root.contains("frameTimestamps"))
     for (const json& stamp : root.at("frameTimestamps")) {
       data.stamps.push_back(stamp.get<double>());
-      if (!(std::abs(data.stamps.back()) < kMaxTime)) throw Error("has an impossible stamp", path, kAdvice);
+      if (!(std::abs(data.stamps.back()) < kMaxTime)) throw Error("has an impossible stamp", path, kRecord3dAdvice);
     }
   if (root.contains("poses"))
     for (const json& pose : root.at("poses")) data.poses.push_back(pose_of(pose, path));
@@ -71,9 +73,9 @@ Metadata parse(const json& root, const std::string& path) {
 
 Metadata read_metadata(const std::string& path) {
   try {
-    return parse(json::parse(read_file(path)), path);
+    return parse_metadata(json::parse(read_file(path)), path);
   } catch (const json::exception& error) {
-    throw Error(fmt::format("is no metadata of Record3D ({})", error.what()), path, kAdvice);
+    throw Error(fmt::format("is no metadata of Record3D ({})", error.what()), path, kRecord3dAdvice);
   }
 }
 
@@ -113,7 +115,7 @@ void list_frames(const SequenceOptions& options, const fs::path& frames, const M
   std::sort(list->entries.begin(), list->entries.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
   const auto same = [](const auto& a, const auto& b) { return a.time == b.time; };
   if (std::adjacent_find(list->entries.begin(), list->entries.end(), same) != list->entries.end())
-    throw Error("gives two depth images one stamp", data.path, kAdvice);
+    throw Error("gives two depth images one stamp", data.path, kRecord3dAdvice);
 }
 
 void describe(const Metadata& data, SequenceList* list) {
@@ -142,7 +144,7 @@ bool list_record3d(const SequenceOptions& options, SequenceList* list) {
   std::map<std::size_t, Nanoseconds> times;
   list_frames(options, frames, data, list, &times);
   if (list->entries.empty())
-    throw Error("holds no depth images named 0.exr, 1.exr, …", (frames / "depth").string(), kAdvice);
+    throw Error("holds no depth images named 0.exr, 1.exr, …", (frames / "depth").string(), kRecord3dAdvice);
   describe(data, list);
   if (data.poses.empty()) return true;
   Trajectory poses;

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* kAdvice = "export the scan again as 'All Data'";
+constexpr const char* kScannerAppAdvice = "export the scan again as 'All Data'";
 
 struct AppFrame {
   SequenceEntry entry;
@@ -31,11 +31,11 @@ struct AppFrame {
   std::optional<SE3> world_from_camera;
 };
 
-AppFrame parse(const json& root, const std::string& path) {
+AppFrame parse_frame(const json& root, const std::string& path) {
   AppFrame frame;
   frame.camera = read_json_camera(path).choice.camera;
   const double time = root.at("time").get<double>();
-  if (!(std::abs(time) < 4e9)) throw Error("has an impossible time", path, kAdvice);
+  if (!(std::abs(time) < 4e9)) throw Error("has an impossible time", path, kScannerAppAdvice);
   frame.entry.time = from_seconds(time);
   if (!root.contains("cameraPoseARFrame")) return frame;
   std::vector<double> numbers;
@@ -46,9 +46,9 @@ AppFrame parse(const json& root, const std::string& path) {
 
 AppFrame read_frame(const std::string& path) {
   try {
-    return parse(json::parse(read_file(path)), path);
+    return parse_frame(json::parse(read_file(path)), path);
   } catch (const json::exception& error) {
-    throw Error(fmt::format("is no frame of the 3D Scanner App ({})", error.what()), path, kAdvice);
+    throw Error(fmt::format("is no frame of the 3D Scanner App ({})", error.what()), path, kScannerAppAdvice);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "io/images/image_size.h"
 #include "plumbline/error.h"
 
 #ifdef PLUMBLINE_OPENEXR
@@ -23,8 +24,7 @@ bool is_exr(std::string_view bytes) { return bytes.starts_with("\x76\x2f\x31\x01
 #ifdef PLUMBLINE_OPENEXR
 namespace {
 
-constexpr int kMaxSide = 16384;
-constexpr const char* kAdvice = "copy or export the file again, or give depth as 16-bit PNG files";
+constexpr const char* kExrAdvice = "copy or export the file again, or give depth as 16-bit PNG files";
 
 class MemoryStream : public Imf::IStream {
  public:
@@ -58,15 +58,15 @@ ImageHeader header_of(const Imf::Header& header, const std::string& name) {
   const auto& window = header.dataWindow();
   const auto width = static_cast<long long>(window.max.x) - window.min.x + 1;
   const auto height = static_cast<long long>(window.max.y) - window.min.y + 1;
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
-    throw Error(fmt::format("is an EXR of {}x{} pixels", width, height), name, kAdvice);
+  if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide)
+    throw Error(fmt::format("is an EXR of {}x{} pixels", width, height), name, kExrAdvice);
   if (header.hasType() && header.type() != Imf::SCANLINEIMAGE)
-    throw Error("is an EXR of a kind that is not read (in tiles, or deep)", name, kAdvice);
+    throw Error("is an EXR of a kind that is not read (in tiles, or deep)", name, kExrAdvice);
   const std::string channel = depth_channel(header.channels());
-  if (channel.empty()) throw Error("is an EXR without a channel", name, kAdvice);
+  if (channel.empty()) throw Error("is an EXR without a channel", name, kExrAdvice);
   const Imf::Channel& found = header.channels()[channel.c_str()];
   if (found.xSampling != 1 || found.ySampling != 1)
-    throw Error("is an EXR whose depth has fewer samples than pixels", name, kAdvice);
+    throw Error("is an EXR whose depth has fewer samples than pixels", name, kExrAdvice);
   const int bits = found.type == Imf::HALF ? 16 : 32;
   return {static_cast<int>(width),
           static_cast<int>(height),
@@ -84,7 +84,7 @@ auto guarded(const std::string& name, Read&& read) {
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
-    throw Error(fmt::format("is a damaged EXR ({})", error.what()), name, kAdvice);
+    throw Error(fmt::format("is a damaged EXR ({})", error.what()), name, kExrAdvice);
   }
 }
 

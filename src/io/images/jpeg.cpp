@@ -5,12 +5,11 @@
 #include <memory>
 #include <new>
 
+#include "io/images/image_size.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
 namespace {
-
-constexpr int kMaxSide = 16384;
 
 struct HandleDeleter {
   void operator()(void* handle) const { tjDestroy(handle); }
@@ -36,7 +35,7 @@ ImageHeader read_header(const Handle& handle, std::string_view bytes, const std:
   if (tjDecompressHeader3(handle.get(), data_of(bytes), bytes.size(), &header.width, &header.height, &subsampling,
                           &colorspace) != 0)
     fail(handle, name);
-  if (header.width > kMaxSide || header.height > kMaxSide)
+  if (header.width > kMaxImageSide || header.height > kMaxImageSide)
     throw Error("the JPEG has more than 16384 pixels a side", name, "give a smaller image");
   header.bit_depth = 8;
   header.description = "JPEG";

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "io/images/image_size.h"
 #include "io/text_file.h"
 #include "plumbline/error.h"
 
@@ -14,9 +15,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr long long kMaxSide = 16384;
-
-[[noreturn]] void fail(const std::string& what, const std::string& name) {
+[[noreturn]] void fail_plain_depth(const std::string& what, const std::string& name) {
   throw Error(what, name, "copy or export the file again, or give depth as 16-bit PNG files");
 }
 
@@ -28,7 +27,7 @@ struct Layout {
 
 void check(const Layout& layout, const std::string& name) {
   const auto needed = static_cast<std::size_t>(layout.width) * layout.height * layout.bytes;
-  if (layout.data.size() < needed) fail("the image file ends early", name);
+  if (layout.data.size() < needed) fail_plain_depth("the image file ends early", name);
 }
 
 /// The next word of a PGM's head, past comments.
@@ -45,7 +44,7 @@ std::string_view next_word(std::string_view* rest) {
 }
 
 int side(std::optional<long long> value, const std::string& name) {
-  if (!value || *value < 1 || *value > kMaxSide) fail("has no size that an image can have", name);
+  if (!value || *value < 1 || *value > kMaxImageSide) fail_plain_depth("has no size that an image can have", name);
   return static_cast<int>(*value);
 }
 
@@ -55,7 +54,7 @@ Layout pgm_layout(std::string_view bytes, const std::string& name) {
   layout.width = side(parse_unsigned(next_word(&rest)), name);
   layout.height = side(parse_unsigned(next_word(&rest)), name);
   const auto max = parse_unsigned(next_word(&rest));
-  if (!max || *max < 1 || *max > 65535 || rest.empty()) fail("is a damaged PGM", name);
+  if (!max || *max < 1 || *max > 65535 || rest.empty()) fail_plain_depth("is a damaged PGM", name);
   layout.bytes = *max > 255 ? 2 : 1;
   layout.data = rest.substr(1);
   return layout;
@@ -64,17 +63,17 @@ Layout pgm_layout(std::string_view bytes, const std::string& name) {
 /// The text after `key` in NPY's head, a Python dictionary.
 std::string_view value_of(std::string_view head, std::string_view key, const std::string& name) {
   const std::size_t at = head.find(key);
-  if (at == std::string_view::npos) fail("is a damaged NPY file", name);
+  if (at == std::string_view::npos) fail_plain_depth("is a damaged NPY file", name);
   return trim(head.substr(at + key.size()));
 }
 
 Layout npy_layout(std::string_view bytes, const std::string& name) {
-  if (bytes.size() < 12) fail("is a damaged NPY file", name);
+  if (bytes.size() < 12) fail_plain_depth("is a damaged NPY file", name);
   const bool first = bytes[6] == 1;
   std::uint32_t length = 0;
   std::memcpy(&length, bytes.data() + 8, first ? 2 : 4);
   const std::size_t start = first ? 10 : 12;
-  if (length > bytes.size() - start) fail("is a damaged NPY file", name);
+  if (length > bytes.size() - start) fail_plain_depth("is a damaged NPY file", name);
   const std::string_view head = bytes.substr(start, length);
   Layout layout;
   layout.data = bytes.substr(start + length);
@@ -82,13 +81,16 @@ Layout npy_layout(std::string_view bytes, const std::string& name) {
   if (kind.starts_with("'<u2'")) layout.bytes = 2;
   if (kind.starts_with("'<f4'")) layout.bytes = 4, layout.is_float = true;
   if (kind.starts_with("'<f8'")) layout.bytes = 8, layout.is_float = true;
-  if (layout.bytes == 0) fail(fmt::format("is an NPY file of {}, not of uint16 or float32", kind.substr(0, 6)), name);
-  if (!value_of(head, "'fortran_order':", name).starts_with("False")) fail("is an NPY file in columns", name);
+  if (layout.bytes == 0)
+    fail_plain_depth(fmt::format("is an NPY file of {}, not of uint16 or float32", kind.substr(0, 6)), name);
+  if (!value_of(head, "'fortran_order':", name).starts_with("False"))
+    fail_plain_depth("is an NPY file in columns", name);
   std::string_view shape = value_of(head, "'shape':", name);
   const std::size_t end = shape.find(')');
-  if (!shape.starts_with("(") || end == std::string_view::npos) fail("is a damaged NPY file", name);
+  if (!shape.starts_with("(") || end == std::string_view::npos) fail_plain_depth("is a damaged NPY file", name);
   const auto sides = split_fields(shape.substr(1, end - 1), true);
-  if (sides.size() != 2 && !(sides.size() == 3 && sides[2] == "1")) fail("is an NPY file of no image's shape", name);
+  if (sides.size() != 2 && !(sides.size() == 3 && sides[2] == "1"))
+    fail_plain_depth("is an NPY file of no image's shape", name);
   layout.height = side(parse_unsigned(sides[0]), name);
   layout.width = side(parse_unsigned(sides[1]), name);
   return layout;
@@ -132,7 +134,7 @@ ImageHeader read_npy_header(std::string_view bytes, const std::string& name) {
 
 Image<float> decode_depth_pgm(std::string_view bytes, const std::string& name) {
   const Layout layout = pgm_layout(bytes, name);
-  if (layout.bytes != 2) fail("16-bit grey depth is expected, but the file is an 8-bit PGM", name);
+  if (layout.bytes != 2) fail_plain_depth("16-bit grey depth is expected, but the file is an 8-bit PGM", name);
   check(layout, name);
   Image<float> depth(layout.width, layout.height);
   for (std::size_t i = 0; i < depth.pixels.size(); ++i)
@@ -143,7 +145,7 @@ Image<float> decode_depth_pgm(std::string_view bytes, const std::string& name) {
 
 ColorImage decode_color_ppm(std::string_view bytes, const std::string& name) {
   Layout layout = pgm_layout(bytes, name);
-  if (layout.bytes != 1) fail("8 bits a channel are expected, but the file is a 16-bit PPM", name);
+  if (layout.bytes != 1) fail_plain_depth("8 bits a channel are expected, but the file is a 16-bit PPM", name);
   layout.bytes = 3;  // a pixel
   check(layout, name);
   ColorImage color(layout.width, layout.height, 3);

@@ -6,12 +6,12 @@
 #include <cstdlib>
 #include <memory>
 
+#include "io/images/image_size.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
 namespace {
 
-constexpr std::uint32_t kMaxSide = 16384;
 // DEFLATE spends at least one bit on 258 bytes, so each byte says at most 8 · 258 (RFC 1951).
 constexpr std::size_t kMaxDeflateRatio = 2064;
 
@@ -47,7 +47,7 @@ class Decoder {
  public:
   Decoder(std::string_view bytes, const std::string& name) : name_(name), context_(make_context(0)) {
     if (!is_png(bytes)) throw Error("is not a PNG", name, "give a PNG file");
-    check(spng_set_image_limits(context_.get(), kMaxSide, kMaxSide), name);
+    check(spng_set_image_limits(context_.get(), kMaxImageSide, kMaxImageSide), name);
     check(spng_set_png_buffer(context_.get(), bytes.data(), bytes.size()), name);
     check(spng_get_ihdr(context_.get(), &header), name);
     const std::size_t pixels = static_cast<std::size_t>(header.width) * header.height;

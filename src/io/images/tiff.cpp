@@ -8,21 +8,21 @@
 #include <memory>
 #include <vector>
 
+#include "io/images/image_size.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
 namespace {
 
-constexpr std::uint32_t kMaxSide = 16384;
-constexpr const char* kAdvice = "give depth as one channel of 16-bit integers or 32-bit real numbers";
+constexpr const char* kTiffAdvice = "give depth as one channel of 16-bit integers or 32-bit real numbers";
 
-struct Cursor {
+struct TiffCursor {
   std::string_view bytes;
   std::uint64_t at = 0;
 };
 
 tmsize_t read_bytes(thandle_t handle, void* out, tmsize_t size) {
-  auto* cursor = static_cast<Cursor*>(handle);
+  auto* cursor = static_cast<TiffCursor*>(handle);
   if (cursor->at >= cursor->bytes.size() || size <= 0) return 0;
   const auto n = std::min<std::uint64_t>(static_cast<std::uint64_t>(size), cursor->bytes.size() - cursor->at);
   std::memcpy(out, cursor->bytes.data() + cursor->at, n);
@@ -33,15 +33,15 @@ tmsize_t read_bytes(thandle_t handle, void* out, tmsize_t size) {
 tmsize_t write_nothing(thandle_t, void*, tmsize_t) { return 0; }
 
 toff_t seek(thandle_t handle, toff_t offset, int whence) {
-  auto* cursor = static_cast<Cursor*>(handle);
+  auto* cursor = static_cast<TiffCursor*>(handle);
   cursor->at = offset + (whence == SEEK_CUR ? cursor->at : whence == SEEK_END ? cursor->bytes.size() : 0);
   return cursor->at;
 }
 
 int close_nothing(thandle_t) { return 0; }
-toff_t size_of(thandle_t handle) { return static_cast<Cursor*>(handle)->bytes.size(); }
+toff_t size_of(thandle_t handle) { return static_cast<TiffCursor*>(handle)->bytes.size(); }
 
-struct Closer {
+struct TiffCloser {
   void operator()(TIFF* tiff) const { TIFFClose(tiff); }
 };
 
@@ -58,7 +58,7 @@ struct Reader {
     TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_BITSPERSAMPLE, &bits);
     TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLESPERPIXEL, &channels);
     TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLEFORMAT, &kind);
-    if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide)
+    if (width == 0 || height == 0 || width > kMaxImageSide || height > kMaxImageSide)
       fail(fmt::format("is a TIFF of {}x{} pixels", width, height));
   }
 
@@ -71,9 +71,9 @@ struct Reader {
                        channels, channels == 1 ? "" : "s");
   }
 
-  Cursor cursor;
+  TiffCursor cursor;
   const std::string& name;
-  std::unique_ptr<TIFF, Closer> tiff;
+  std::unique_ptr<TIFF, TiffCloser> tiff;
   std::uint32_t width = 0, height = 0;
   std::uint16_t bits = 0, channels = 0, kind = 0;
 };
@@ -96,8 +96,8 @@ ImageHeader read_tiff_header(std::string_view bytes, const std::string& name) {
 
 Image<float> decode_depth_tiff(std::string_view bytes, const std::string& name) {
   const Reader reader(bytes, name);
-  if (!reader.is_depth()) throw Error("depth is expected, but the file is: " + reader.describe(), name, kAdvice);
-  if (TIFFIsTiled(reader.tiff.get()) != 0) throw Error("is a TIFF in tiles, which is not read", name, kAdvice);
+  if (!reader.is_depth()) throw Error("depth is expected, but the file is: " + reader.describe(), name, kTiffAdvice);
+  if (TIFFIsTiled(reader.tiff.get()) != 0) throw Error("is a TIFF in tiles, which is not read", name, kTiffAdvice);
   const tmsize_t row_bytes = TIFFScanlineSize(reader.tiff.get());
   if (row_bytes != static_cast<tmsize_t>(reader.width) * reader.bits / 8) reader.fail("is a damaged TIFF");
   Image<float> depth(static_cast<int>(reader.width), static_cast<int>(reader.height));

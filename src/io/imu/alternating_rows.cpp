@@ -15,7 +15,7 @@
 namespace plumbline {
 namespace {
 
-using Fields = std::vector<std::string_view>;
+using Cells = std::vector<std::string_view>;
 
 /// Three readings of one sensor.
 struct Row {
@@ -52,7 +52,7 @@ struct NameColumn {
 std::optional<NameColumn> name_column(const Table& table) {
   constexpr std::size_t kFields = 5;  // stamp, name, three readings
   if (table.rows.empty()) return std::nullopt;
-  const Fields first = table_fields(table.rows.front().text);
+  const Cells first = table_fields(table.rows.front().text);
   if (first.size() < kFields) return std::nullopt;
   for (std::size_t i = 0; i < first.size(); ++i)
     if (sensor_by_word(first[i])) return NameColumn{i, sensor_by_word};
@@ -65,7 +65,7 @@ std::optional<NameColumn> name_column(const Table& table) {
 }
 
 /// The fields of a line in their order, without the name: the stamp and three readings. Empty for other lines.
-std::optional<Row> named_row(const TextLine& line, const Fields& fields, std::size_t name) {
+std::optional<Row> named_row(const TextLine& line, const Cells& fields, std::size_t name) {
   std::array<std::string_view, 4> rest{};
   std::size_t count = 0;
   for (std::size_t i = 0; i < fields.size() && count < rest.size(); ++i)
@@ -109,7 +109,7 @@ std::optional<std::array<std::size_t, 3>> columns_of(const std::vector<ColumnNam
   return found == 7 ? std::optional(columns) : std::nullopt;
 }
 
-bool all_empty(const Fields& fields, const std::array<std::size_t, 3>& columns) {
+bool all_empty(const Cells& fields, const std::array<std::size_t, 3>& columns) {
   return std::all_of(columns.begin(), columns.end(), [&](std::size_t column) { return fields[column].empty(); });
 }
 
@@ -132,7 +132,7 @@ void JoinedRows::join_named() {
   std::array<std::vector<Row>, kSensors> rows;
   std::size_t other = 0;
   for (const TextLine& line : lines) {
-    const Fields fields = table_fields(line.text);
+    const Cells fields = table_fields(line.text);
     const auto sensor = name.column < fields.size() ? name.sensor(fields[name.column]) : std::nullopt;
     const auto row = sensor ? named_row(line, fields, name.column) : std::nullopt;
     if (row)
@@ -172,7 +172,7 @@ void JoinedRows::join_empty_cells() {
   std::size_t alone = 0;
   const std::vector<TextLine> lines = table_.rows;
   for (const TextLine& line : lines) {
-    const Fields fields = table_fields(line.text);
+    const Cells fields = table_fields(line.text);
     const auto time = fields.size() == names.size() ? parse_double(fields[0]) : std::nullopt;
     if (!time) return;  // the reader of the rows says what is wrong
     const bool turns_here = !all_empty(fields, *turn), forces_here = !all_empty(fields, *force);
@@ -189,8 +189,8 @@ void JoinedRows::join_empty_cells() {
   for (const Row& row : turns) {
     const std::string at = between(forces, row.time);
     if (at.empty()) continue;
-    Fields fields = table_fields(row.line->text);
-    const Fields readings = table_fields(at);  // the first is empty
+    Cells fields = table_fields(row.line->text);
+    const Cells readings = table_fields(at);  // the first is empty
     for (std::size_t i = 0; i < 3; ++i) fields[(*force)[i]] = readings[i + 1];
     table_.rows.push_back(*row.line);
     text_.push_back(fmt::format("{}", fmt::join(fields, ",")));

@@ -68,16 +68,16 @@ void write_faces(Lines* lines, const Mesh& mesh) {
 // ---- Reading
 // ---------------------------------------------------------------------------------------------------------
 
-constexpr const char* kAdvice = "give a Wavefront OBJ file";
+constexpr const char* kObjAdvice = "give a Wavefront OBJ file";
 
 struct Corner {
   std::uint32_t vertex = 0;
   long long normal = -1;  // none
 };
 
-class Reader {
+class ObjReader {
  public:
-  explicit Reader(const std::string& path) : file_(path) {}
+  explicit ObjReader(const std::string& path) : file_(path) {}
 
   Mesh read() {
     for (const TextLine& line : file_.lines()) {
@@ -86,7 +86,7 @@ class Reader {
       if (fields[0] == "vn") normals_.push_back(read_float3(line, fields));
       if (fields[0] == "f") read_face(line, fields);
     }
-    if (mesh_.positions.empty()) throw Error("has no vertices", file_.path(), kAdvice);
+    if (mesh_.positions.empty()) throw Error("has no vertices", file_.path(), kObjAdvice);
     if (mesh_.colors.size() != mesh_.positions.size()) mesh_.colors.clear();
     assign_normals();
     return std::move(mesh_);
@@ -97,7 +97,7 @@ class Reader {
     std::array<float, 3> v{};
     for (std::size_t i = 0; i < 3; ++i) {
       const auto value = first + i < fields.size() ? parse_double(fields[first + i]) : std::nullopt;
-      if (!value) file_.fail(line, "does not have three numbers", kAdvice);
+      if (!value) file_.fail(line, "does not have three numbers", kObjAdvice);
       v[i] = static_cast<float>(*value);
     }
     return {v[0], v[1], v[2]};
@@ -118,7 +118,7 @@ class Reader {
     const bool from_end = text.starts_with('-');
     const auto number = parse_unsigned(from_end ? text.substr(1) : text);
     if (!number || *number < 1 || static_cast<std::size_t>(*number) > count)
-      file_.fail(line, fmt::format("'{}' names none of the {} before it", text, count), kAdvice);
+      file_.fail(line, fmt::format("'{}' names none of the {} before it", text, count), kObjAdvice);
     const auto n = static_cast<std::size_t>(*number);
     return from_end ? count - n : n - 1;
   }
@@ -136,7 +136,7 @@ class Reader {
   }
 
   void read_face(const TextLine& line, const std::vector<std::string_view>& fields) {
-    if (fields.size() < 4) file_.fail(line, "a face has fewer than three corners", kAdvice);
+    if (fields.size() < 4) file_.fail(line, "a face has fewer than three corners", kObjAdvice);
     Corner first, previous;
     for (std::size_t i = 1; i < fields.size(); ++i) {
       const Corner corner = read_corner(line, fields[i]);
@@ -196,6 +196,6 @@ void write_obj(const std::string& path, const Mesh& mesh) {
   file.commit();
 }
 
-Mesh read_obj(const std::string& path) { return Reader(path).read(); }
+Mesh read_obj(const std::string& path) { return ObjReader(path).read(); }
 
 }  // namespace plumbline

@@ -114,7 +114,7 @@ struct Element {
 
 enum class Encoding { ascii, little, big };
 
-struct Header {
+struct PlyHeader {
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
   std::size_t end = 0;  // offset of the first byte after it
@@ -125,7 +125,7 @@ class HeaderParser {
  public:
   HeaderParser(std::string_view bytes, const std::string& path) : bytes_(bytes), path_(path) {}
 
-  Header parse() {
+  PlyHeader parse() {
     if (next_line() != "ply") fail("does not begin with 'ply'");
     for (;;) {
       const std::vector<std::string_view> words = split_fields(next_line());
@@ -196,7 +196,7 @@ class HeaderParser {
   std::size_t offset_ = 0;
   int line_ = 0;
   bool has_format_ = false;
-  Header header_;
+  PlyHeader header_;
 };
 
 // ---- Reading: values
@@ -285,9 +285,9 @@ std::uint8_t to_channel(double value, Type type) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(std::isfinite(value) ? value : 0.0, 0.0, 255.0)));
 }
 
-class Reader {
+class PlyReader {
  public:
-  Reader(const std::string& path, std::string_view bytes)
+  PlyReader(const std::string& path, std::string_view bytes)
       : path_(path),
         header_(HeaderParser(bytes, path).parse()),
         values_(bytes.substr(header_.end), header_.encoding, path) {}
@@ -408,7 +408,7 @@ class Reader {
   }
 
   std::string path_;
-  Header header_;
+  PlyHeader header_;
   Values values_;
   Mesh mesh_;
 };
@@ -433,7 +433,7 @@ void write_ply(const std::string& path, const Mesh& mesh) {
 
 Mesh read_ply(const std::string& path) {
   const std::string bytes = read_file(path);
-  return Reader(path, bytes).read();
+  return PlyReader(path, bytes).read();
 }
 
 }  // namespace plumbline
