@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "plumbline/backend.h"
+#include "plumbline/consistency.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
 #include "plumbline/mesh.h"
@@ -66,6 +67,10 @@ class Pipeline {
 
   /// The surface so far, world frame, metres.
   Mesh extract_mesh() const;
+
+  /// The keyframes against the model as it is now. Without keyframes (`tracking.relocalise_after` = 0) nothing is
+  /// compared. Costs a ray cast a keyframe, 200 keyframes at most.
+  ModelConsistency check_consistency() const;
 
   /// Pose and extent of the volume; the pose is set with the first frame.
   SE3 world_from_volume() const;

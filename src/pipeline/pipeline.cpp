@@ -179,6 +179,8 @@ void Pipeline::State::explain(const TrackingResult& result, FrameDiagnostics* di
 
 Mesh Pipeline::extract_mesh() const { return state_->volume.extract_mesh(state_->parameters.mesh); }
 
+ModelConsistency Pipeline::check_consistency() const { return state_->recovery.check_consistency(); }
+
 SE3 Pipeline::world_from_volume() const { return state_->volume.world_from_volume(); }
 double Pipeline::volume_side() const { return state_->volume.side(); }
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "place/relocaliser.h"
+#include "plumbline/consistency.h"
 #include "plumbline/frame.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pinhole.h"
@@ -40,6 +41,9 @@ class Recovery {
 
   /// A frame that was fused, at its accepted pose.
   void remember(const LiveFrame& live, const Frame& frame, const Tracker& tracker);
+
+  /// What was remembered against the model as it is now.
+  ModelConsistency check_consistency() const { return relocaliser_.check_consistency(); }
 
  private:
   struct Trial {

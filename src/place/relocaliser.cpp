@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "plumbline/angles.h"
@@ -46,6 +47,23 @@ TrackingParameters far_reaching(const TrackingParameters& tracking) {
 
 /// Up in the camera's axes, by a reading.
 Eigen::Vector3d up_in_camera(const Eigen::Matrix3d& earth_from_camera) { return earth_from_camera.row(2).transpose(); }
+
+constexpr std::size_t kMaxCompared = 200;                    // keyframes
+constexpr kernels::DepthTolerance kBehind = {0.04f, 0.02f};  // metres, and of the distance: a surface seen twice
+constexpr kernels::DepthTolerance kOn = {0.015f, 0.01f};
+
+ModelConsistency mean_over_views(ModelConsistency sums, std::vector<double> see_through, std::size_t compared) {
+  const std::size_t seen = see_through.size();
+  if (seen == 0) return {static_cast<int>(compared)};
+  std::sort(see_through.begin(), see_through.end());
+  const auto n = static_cast<double>(seen);
+  sums.views = static_cast<int>(compared);
+  sums.known /= static_cast<double>(compared);
+  sums.matched /= n;
+  sums.see_through = std::accumulate(see_through.begin(), see_through.end(), 0.0) / n;
+  sums.worst_see_through = see_through[std::min(seen - 1, seen * 9 / 10)];
+  return sums;
+}
 
 }  // namespace
 
@@ -180,6 +198,26 @@ FoundPlace Relocaliser::refine(const SE3& start, const PlaceQuery& query) const 
   }
   place.evidence = look(query.view.live, result);
   return place;
+}
+
+ModelConsistency Relocaliser::check_consistency() const {
+  ModelConsistency sums;
+  std::vector<double> see_through;
+  const std::vector<Keyframe>& all = keyframes_.all();
+  const std::size_t count = std::min(all.size(), kMaxCompared);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Keyframe& keyframe = all[i * all.size() / count];
+    load(keyframe);
+    render_(keyframe.world_from_camera, &model_levels_);
+    const DepthLevel& model = model_levels_[model_levels_.size() - keyframe_levels_.size()];
+    const DepthComparison depth = backend_->reduce(
+        kernels::CompareDepth{read_only(keyframe_levels_.front().depth), read_only(model.depth), kBehind, kOn});
+    sums.known += depth.known();
+    if (depth.known() == 0) continue;
+    sums.matched += depth.matched();
+    see_through.push_back(depth.see_through());
+  }
+  return mean_over_views(sums, std::move(see_through), count);
 }
 
 }  // namespace plumbline

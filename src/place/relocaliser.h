@@ -9,6 +9,7 @@
 #include "backend/maps.h"
 #include "kernels/terms.h"
 #include "place/keyframes.h"
+#include "plumbline/consistency.h"
 #include "plumbline/orientation.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pinhole.h"
@@ -69,6 +70,9 @@ class Relocaliser {
 
   /// A live pyramid beside the model rendered at the pose of its registration.
   PlaceEvidence look(const DepthPyramid& live, const TrackingResult& result) const;
+
+  /// The keyframes beside the model rendered at their poses.
+  ModelConsistency check_consistency() const;
 
   const Keyframes& keyframes() const { return keyframes_; }
 

@@ -38,6 +38,11 @@ void warn(std::string_view message) {
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
+void put_status(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
+}
+
 void flush_output() {
   errno = 0;
   note_error(std::fflush(stdout) != 0);
@@ -51,6 +56,10 @@ int terminal_width() {
   winsize size{};
   constexpr int kUsual = 80;
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
+}
+
+std::string length_text(double metres) {
+  return metres < 1 ? fmt::format("{:.1f}\u00a0mm", 1e3 * metres) : fmt::format("{:.2f}\u00a0m", metres);
 }
 
 std::string duration_text(double seconds) {

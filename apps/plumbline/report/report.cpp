@@ -41,20 +41,6 @@ Json facts_json(const std::vector<Fact>& facts) {
   return json;
 }
 
-std::string_view level_name(Verdict::Level level) {
-  switch (level) {
-    case Verdict::Level::good:
-      return "good";
-    case Verdict::Level::fair:
-      return "fair";
-    case Verdict::Level::poor:
-      return "poor";
-    case Verdict::Level::none:
-      break;
-  }
-  return "none";
-}
-
 /// Which way is up. People hold a camera upright, more or less: the mean of the images' upper sides. A world that the
 /// user has chosen (--initial-pose) has a vertical axis: the one nearest to that mean.
 Eigen::Vector3d up_of(const Trajectory& path, bool image_is_upside_down) {
@@ -124,7 +110,7 @@ void add_path(const Trajectory& path, PageData* page) {
 Json words_json(const Report& report) {
   return {{"plumbline", PLUMBLINE_VERSION},
           {"title", report.title},
-          {"verdict", {{"level", level_name(report.verdict.level)}, {"text", report.verdict.text}}},
+          {"verdict", {{"level", to_string(report.verdict.level)}, {"text", report.verdict.text}}},
           {"remarks", report.remarks},
           {"facts", facts_json(report.facts)},
           {"details", facts_json(report.details)}};

@@ -15,9 +15,6 @@
 namespace plumbline::app {
 namespace {
 
-constexpr double kGoodError = 0.05, kPoorError = 0.20;  // metres
-constexpr double kPoorShareLost = 0.1;
-
 bool is_lost(const FrameReport& frame) { return frame.tracking.status == TrackingStatus::lost; }
 
 std::string in_words(LostReason reason) {
@@ -65,24 +62,6 @@ std::string longest_gap_text(const Reconstruction& run) {
   return first == last ? fmt::format("frame {}", first) : fmt::format("frames {} to {}", first, last);
 }
 
-std::string millimetres(double metres) {
-  return metres < 1 ? fmt::format("{:.1f}\u00a0mm", 1e3 * metres) : fmt::format("{:.2f}\u00a0m", metres);
-}
-
-std::string tracked_text(const Reconstruction& run) {
-  if (run.lost() == 0) return fmt::format("all {} frames were tracked", run.frames.size());
-  return fmt::format("{} of {} frames were lost", run.lost(), run.frames.size());
-}
-
-Verdict::Level level_of(const Reconstruction& run) {
-  const double lost =
-      static_cast<double>(run.lost()) / static_cast<double>(std::max<std::size_t>(1, run.frames.size()));
-  const double error = run.ate ? run.ate->translation.rmse : 0;
-  if (!run.failure.empty() || lost > kPoorShareLost || error > kPoorError) return Verdict::Level::poor;
-  if (run.lost() > 0 || error > kGoodError || run.signal != 0) return Verdict::Level::fair;
-  return Verdict::Level::good;
-}
-
 std::string sensor_text(const Reconstruction& run) {
   const auto used = std::count_if(run.frames.begin(), run.frames.end(),
                                   [](const FrameReport& frame) { return frame.orientation == OrientationUse::used; });
@@ -105,20 +84,6 @@ std::string grouped(std::size_t number) {
   return text;
 }
 
-Verdict verdict_of(const Reconstruction& run) {
-  std::string text = tracked_text(run);
-  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
-  if (run.ate)
-    text +=
-        fmt::format(", and the camera's path is within {} (rmse) of the truth", millimetres(run.ate->translation.rmse));
-  text += '.';
-  if (const auto from = lost_to_the_end(run))
-    text += fmt::format(" From {:.1f}\u00a0s to the end it was lost: no known place was seen.", *from);
-  if (!run.failure.empty()) text = "The run broke off. Until then: " + text;
-  if (run.failure.empty() && run.signal != 0) text = "The run was interrupted. Until then: " + text;
-  return {level_of(run), text};
-}
-
 std::vector<std::string> remarks_of(const Reconstruction& run) {
   std::vector<std::string> remarks;
   if (!run.failure.empty()) remarks.push_back("What ended it: " + run.failure);
@@ -128,7 +93,7 @@ std::vector<std::string> remarks_of(const Reconstruction& run) {
     const auto worst = std::max_element(run.ate->pairs.begin(), run.ate->pairs.end(),
                                         [](const auto& a, const auto& b) { return a.translation < b.translation; });
     remarks.push_back(fmt::format("The largest distance from the true path is {}, {:.2f} s after the start.",
-                                  millimetres(worst->translation),
+                                  length_text(worst->translation),
                                   to_seconds(run.trajectory[worst->estimate].time - run.frames.front().time)));
   } else if (!run.ate_note.empty()) {
     remarks.push_back("How far the path is from the truth could not be told: " + run.ate_note);
@@ -145,9 +110,9 @@ std::vector<Fact> facts_of(const Reconstruction& run) {
   std::vector<Fact> facts = {{"Frames tracked", fmt::format("{} of {}", run.tracked(), run.frames.size()),
                               run.lost() == 0 ? "none lost" : fmt::format("{} lost", run.lost())}};
   if (run.ate)
-    facts.push_back({"Trajectory error", millimetres(run.ate->translation.rmse),
-                     fmt::format("ATE rmse; median {}, at most {}", millimetres(run.ate->translation.median),
-                                 millimetres(run.ate->translation.max))});
+    facts.push_back({"Trajectory error", length_text(run.ate->translation.rmse),
+                     fmt::format("ATE rmse; median {}, at most {}", length_text(run.ate->translation.median),
+                                 length_text(run.ate->translation.max))});
   facts.push_back({"Path", fmt::format("{:.2f} m", path_length(run.trajectory)),
                    fmt::format("{:.1f} s recorded", to_seconds(run.frames.back().time - run.frames.front().time))});
   facts.push_back({"Time a frame", fmt::format("{:.1f} ms", ms.total),

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "plumbline/calibration.h"
+#include "plumbline/consistency.h"
 #include "plumbline/evaluation.h"
 #include "plumbline/mesh.h"
 #include "plumbline/parameters.h"
@@ -63,6 +64,7 @@ struct Reconstruction {
   std::vector<ReadTimes> reads;                 ///< one a frame
   Trajectory trajectory;                        ///< of the tracked frames, and of provisional ones since confirmed
   Mesh mesh;                                    ///< empty if none was asked for
+  ModelConsistency consistency;                 ///< of the views with the final model
   SE3 world_from_volume;                        ///< of the volume's corner
   double volume_side = 0;                       ///< metres
   std::string orientation;                      ///< source in words, or empty

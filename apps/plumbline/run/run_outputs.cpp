@@ -81,6 +81,7 @@ void write_outputs(const ReconstructionOptions& options, const Pipeline& pipelin
   // The trajectory first: it is the smallest, and what a full disk should spare.
   write_tum_trajectory(output_path(options, "trajectory.txt"), run->trajectory);
   evaluate(run);
+  run->consistency = pipeline.check_consistency();
   run->world_from_volume = pipeline.world_from_volume();
   run->volume_side = pipeline.volume_side();
   if (options.mesh) {

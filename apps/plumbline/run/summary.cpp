@@ -12,6 +12,7 @@
 #include "plumbline/pinhole.h"
 #include "plumbline/time.h"
 #include "plumbline/trajectory.h"
+#include "run/verdict.h"
 
 namespace plumbline::app {
 namespace {
@@ -137,6 +138,15 @@ Json live_json(const Reconstruction& run) {
   return {{"captured", run.live->captured}, {"dropped", run.live->dropped}};
 }
 
+/// The verdict with all that it weighs, whether it spoke against the result or not.
+Json verdict_json(const Reconstruction& run) {
+  const Verdict verdict = verdict_of(run);
+  Json evidence = Json::object();
+  for (const Doubt& doubt : verdict.doubts) evidence[doubt.name] = doubt.value;
+  return {
+      {"level", to_string(verdict.level)}, {"text", verdict.text}, {"doubt", verdict.doubt}, {"evidence", evidence}};
+}
+
 /// ICP iterations of a registered frame, over all levels.
 double mean_iterations(const Reconstruction& run) {
   int iterations = 0, registered = 0;
@@ -205,6 +215,7 @@ std::string summary_json(const Reconstruction& run) {
       {"depth_calibration", depth_json(run)},
       {"volume", volume_json(run)},
       {"backend", run.backend},
+      {"verdict", verdict_json(run)},
       {"frames", run.frames.size()},
       {"tracked", run.tracked()},
       {"lost", run.lost()},
@@ -251,6 +262,10 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
                                 run.ate->translation.count));
   else if (!run.ate_note.empty())
     lines.push_back("ATE        not known: " + run.ate_note);
+  const Verdict verdict = verdict_of(run);
+  lines.push_back(fmt::format("verdict    {}", to_string(verdict.level)));
+  for (const Doubt& doubt : verdict.doubts)
+    if (doubt.weight() >= 1 && !doubt.text.empty()) lines.push_back("           " + doubt.text);
   lines.push_back(
       fmt::format("time       {} in all; median a frame {:.1f} ms (preprocess {:.1f}, track {:.1f}, "
                   "integrate {:.1f}, raycast {:.1f})",

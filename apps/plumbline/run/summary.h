@@ -19,7 +19,6 @@ StageMedians stage_medians(const Reconstruction& run);
 /// Metres along the tracked trajectory.
 double path_length(const Trajectory& trajectory);
 
-/// JSON text of summary.json.
 /// Where the run was interrupted, and what came of it.
 struct Interruptions {
   int count = 0;      ///< times that nothing linked a frame to the previous accepted one
@@ -31,6 +30,7 @@ Interruptions interruptions(const Reconstruction& run);
 /// Seconds after the start from which on no frame shows a known place; none if the run ends otherwise.
 std::optional<double> lost_to_the_end(const Reconstruction& run);
 
+/// JSON text of summary.json.
 std::string summary_json(const Reconstruction& run);
 
 /// A few lines: tracked and lost, accuracy where the truth is known, speed, memory.

@@ -1,0 +1,178 @@
+#include "run/verdict.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "cli/console.h"
+#include "plumbline/time.h"
+#include "run/summary.h"
+
+namespace plumbline::app {
+namespace {
+
+constexpr double kGoodError = 0.05, kPoorError = 0.20;  // metres
+constexpr double kFairShareLost = 0.005, kPoorShareLost = 0.1;
+constexpr double kMaxWeight = 4;
+
+double percent(double share) { return 100 * share; }
+
+double share_of(std::ptrdiff_t part, std::size_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+/// Metres by which the images leave the camera's position open in its weakest direction, one standard deviation.
+double weakest_direction(const TrackingResult& tracking) {
+  const Eigen::Matrix3d covariance = tracking.pose_covariance.bottomRightCorner<3, 3>();
+  return std::sqrt(std::max(
+      0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues().z()));
+}
+
+/// Over the tracked frames after the first; one that was singular leaves a direction open altogether.
+std::vector<double> weakest_directions(const Reconstruction& run) {
+  constexpr double kOpen = 1;  // metre
+  std::vector<double> all;
+  for (const FrameReport& frame : run.frames)
+    if (frame.tracking.status == TrackingStatus::tracked && !frame.tracking.iterations.empty())
+      all.push_back(frame.tracking.rank < 6 ? kOpen : weakest_direction(frame.tracking));
+  return all;
+}
+
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  return values[at];
+}
+
+void add_tracking_doubts(const Reconstruction& run, std::vector<Doubt>* doubts) {
+  const double lost = share_of(run.lost(), run.frames.size());
+  doubts->push_back({"lost", lost, kFairShareLost, kPoorShareLost, ""});  // the verdict begins with it
+  const auto retried = std::count_if(run.frames.begin(), run.frames.end(), [](const FrameReport& frame) {
+    return !frame.is_after_interruption && frame.starts > 1;
+  });
+  const double retries = share_of(retried, run.frames.size());
+  doubts->push_back(
+      {"several_starts", retries, 0.1, 0.5,
+       fmt::format("{:.0f}\u00a0% of the frames fitted only from another start than the expected one: the "
+                   "motion was fast, or the view ambiguous.",
+                   percent(retries))});
+  const double open = percentile(weakest_directions(run), 0.9);
+  doubts->push_back({"weak_direction_m", open, 0.01, 0.05,
+                     fmt::format("In a tenth of the frames the view left the position open by {} or more along one "
+                                 "direction (a bare wall, a corridor): look at edges and things as well.",
+                                 length_text(open))});
+  const double revoked = interruptions(run).revoked;
+  doubts->push_back(
+      {"revoked_places", revoked, 1, 5,
+       fmt::format("A place that was recognised after an interruption had to be taken back {:.0f} times.", revoked)});
+}
+
+void add_model_doubts(const ModelConsistency& model, std::vector<Doubt>* doubts) {
+  const bool is_compared = model.views > 1;
+  doubts->push_back(
+      {"see_through", is_compared ? model.see_through : 0, 0.05, 0.15,
+       fmt::format(
+           "The model contradicts the views that it was made of: {:.0f}\u00a0% of their readings lie behind its "
+           "surface. Surfaces may be there twice (drift, or a wrong place).",
+           percent(model.see_through))});
+  const double unmatched = is_compared ? 1 - model.matched : 0;
+  doubts->push_back(
+      {"unmatched", unmatched, 0.35, 0.6,
+       fmt::format("{:.0f}\u00a0% of the readings do not lie on the model's surface: check the intrinsics "
+                   "and the depth's scale.",
+                   percent(unmatched))});
+  const double unknown = is_compared ? 1 - model.known : 0;
+  doubts->push_back({"outside_model", unknown, 0.5, 0.85,
+                     fmt::format("The model holds nothing for {:.0f}\u00a0% of the readings: the scene is larger than "
+                                 "the volume, or mostly out of range.",
+                                 percent(unknown))});
+}
+
+void add_input_doubts(const Reconstruction& run, std::vector<Doubt>* doubts) {
+  const auto warnings = static_cast<double>(run.sequence.warnings.size());
+  doubts->push_back({"input_warnings", warnings, 1, 4,
+                     run.sequence.warnings.empty()
+                         ? ""
+                         : fmt::format("The input does not add up: {}.", run.sequence.warnings.front().what)});
+  doubts->push_back({"sensor_warnings", run.orientation_message.empty() ? 0.0 : 1.0, 1, 4, run.orientation_message});
+  const auto unread = static_cast<std::ptrdiff_t>(run.skipped.size());
+  const double skipped = share_of(unread, run.frames.size() + run.skipped.size());
+  doubts->push_back({"unreadable", skipped, 0.02, 0.3,
+                     fmt::format("{} frames could not be read, so that the camera moved on unseen.", unread)});
+}
+
+std::vector<Doubt> doubts_of(const Reconstruction& run) {
+  std::vector<Doubt> doubts;
+  add_tracking_doubts(run, &doubts);
+  add_model_doubts(run.consistency, &doubts);
+  add_input_doubts(run, &doubts);
+  return doubts;
+}
+
+Verdict::Level level_by_doubts(const std::vector<Doubt>& doubts) {
+  double worst = 0;
+  for (const Doubt& doubt : doubts) worst = std::max(worst, doubt.weight());
+  return worst > 2 ? Verdict::Level::poor : worst >= 1 ? Verdict::Level::fair : Verdict::Level::good;
+}
+
+Verdict::Level level_by_truth(const Reconstruction& run) {
+  const double lost = share_of(run.lost(), run.frames.size()), error = run.ate->translation.rmse;
+  if (lost > kPoorShareLost || error > kPoorError) return Verdict::Level::poor;
+  return lost >= kFairShareLost || error > kGoodError ? Verdict::Level::fair : Verdict::Level::good;
+}
+
+Verdict::Level level_of(const Reconstruction& run, const std::vector<Doubt>& doubts) {
+  if (!run.failure.empty()) return Verdict::Level::poor;
+  const Verdict::Level level = run.ate ? level_by_truth(run) : level_by_doubts(doubts);
+  return run.signal != 0 ? std::max(level, Verdict::Level::fair) : level;
+}
+
+std::string tracked_text(const Reconstruction& run) {
+  if (run.lost() == 0) return fmt::format("all {} frames were tracked", run.frames.size());
+  return fmt::format("{} of {} frames were lost", run.lost(), run.frames.size());
+}
+
+std::string text_of(const Reconstruction& run, const std::vector<Doubt>& doubts) {
+  std::string text = tracked_text(run);
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  if (run.ate)
+    text +=
+        fmt::format(", and the camera's path is within {} (rmse) of the truth", length_text(run.ate->translation.rmse));
+  text += '.';
+  if (const auto from = lost_to_the_end(run))
+    text += fmt::format(" From {:.1f}\u00a0s to the end it was lost: no known place was seen.", *from);
+  for (const Doubt& doubt : doubts)
+    if (doubt.weight() >= 1 && !doubt.text.empty()) text += " " + doubt.text;
+  if (!run.failure.empty()) return "The run broke off. Until then: " + text;
+  return run.signal != 0 ? "The run was interrupted. Until then: " + text : text;
+}
+
+}  // namespace
+
+double Doubt::weight() const {
+  const double weight = value < fair ? value / fair : 1 + (value - fair) / (poor - fair);
+  return std::clamp(weight, 0.0, kMaxWeight);
+}
+
+std::string_view to_string(Verdict::Level level) {
+  constexpr std::string_view kNames[] = {"none", "good", "fair", "poor"};
+  return kNames[static_cast<int>(level)];
+}
+
+Verdict verdict_of(const Reconstruction& run) {
+  Verdict verdict;
+  verdict.doubts = doubts_of(run);
+  verdict.level = level_of(run, verdict.doubts);
+  verdict.text = text_of(run, verdict.doubts);
+  double squares = 0;
+  for (const Doubt& doubt : verdict.doubts) squares += doubt.weight() * doubt.weight();
+  verdict.doubt = std::sqrt(squares);
+  return verdict;
+}
+
+}  // namespace plumbline::app
