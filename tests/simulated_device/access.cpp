@@ -26,6 +26,7 @@ const char* verb(Access kind) {
 /// The pieces of an address range, a word each: the word's address and a bit for each of its bytes.
 template <class Piece>
 void for_words(std::uintptr_t address, std::size_t bytes, const Piece& piece) {
+  if (bytes == 4 && address % 4 == 0) return piece(address, 15U);
   for (std::uintptr_t end = address + bytes; address < end;) {
     const std::uintptr_t word = address & ~std::uintptr_t{3}, next = std::min<std::uintptr_t>(word + 4, end);
     piece(word, ((1U << (next - word)) - 1U) & ~((1U << (address - word)) - 1U));
@@ -74,6 +75,10 @@ void check(std::uintptr_t word, unsigned bytes, Access kind, Cell& cell, const W
 
 /// In one of the arenas.
 void check_arena(std::uintptr_t address, std::size_t bytes, Access kind, const Who& who) {
+  if (bytes == 4 && address % 4 == 0) {  // most accesses; a word that somebody wrote belongs to an allocation
+    Cell& cell = Memory::get().cell(address);
+    if (cell.write != 0) return check(address, 15U, kind, cell, who);
+  }
   Allocation* allocation = Memory::get().find(address);
   if (allocation == nullptr || address + bytes > allocation->begin + allocation->bytes) {
     report(who.text() + " " + verb(kind) + " " + std::to_string(bytes) + " bytes at " + describe(address) +
@@ -90,7 +95,8 @@ void check_arena(std::uintptr_t address, std::size_t bytes, Access kind, const W
 
 void check_shared(std::uintptr_t address, std::size_t bytes, Access kind, const Who& who) {
   const Running& now = running();
-  if (address - now.dynamic_shared < kDynamicShared && address - now.dynamic_shared + bytes > now.dynamic_shared_bytes) {
+  if (address - now.dynamic_shared < kDynamicShared &&
+      address - now.dynamic_shared + bytes > now.dynamic_shared_bytes) {
     report(who.text() + " " + verb(kind) + " beyond the shared memory that its launch gives it");
     abandon();
   }

@@ -1,5 +1,6 @@
-// Every access to memory that cuda.cu and the kernels make (access.cpp is called by what `-fsanitize=thread` puts before
-// them) and every copy: whether the address may be touched from where it is, and whether it is in order with others.
+// Every access to memory that cuda.cu and the kernels make (access.cpp is called by what `-fsanitize=thread` puts
+// before them) and every copy: whether the address may be touched from where it is, and whether it is in order with
+// others.
 #pragma once
 
 #include <cstddef>

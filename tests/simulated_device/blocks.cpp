@@ -25,6 +25,9 @@ alignas(16) thread_local std::int32_t counts[simulated::kDynamicShared / 4];
 }  // namespace plumbline::cuda
 
 namespace plumbline::simulated {
+
+Running now_running;
+
 namespace {
 
 namespace context = boost::context::detail;
@@ -120,8 +123,8 @@ class Stacks {
  private:
   static char* make() {
     constexpr std::size_t kPage = 4096;
-    void* memory = mmap(nullptr, kStackBytes + kPage, PROT_READ | PROT_WRITE,
-                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    void* memory =
+        mmap(nullptr, kStackBytes + kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (memory == MAP_FAILED || mprotect(memory, kPage, PROT_NONE) != 0) std::abort();
     return static_cast<char*>(memory) + kPage;
   }
@@ -191,7 +194,6 @@ class Grid {
 
 Stacks Grid::stacks_;
 Grid* grid = nullptr;
-Running now_running;
 
 void thread_main(context::transfer_t from) {
   *static_cast<context::fcontext_t*>(from.data) = from.fctx;
@@ -208,8 +210,7 @@ Grid::Grid(const std::string& name, const Shape& shape, int resident, const Call
       threads_(static_cast<int>(shape.block.x * shape.block.y * shape.block.z)),
       order_(std::size_t{shape.grid.x} * shape.grid.y * shape.grid.z) {
   std::iota(order_.begin(), order_.end(), 0);
-  for (std::size_t i = order_.size(); i > 1; --i)
-    std::swap(order_[i - 1], order_[static_cast<std::size_t>(below(i))]);
+  for (std::size_t i = order_.size(); i > 1; --i) std::swap(order_[i - 1], order_[static_cast<std::size_t>(below(i))]);
   now_running.shared = module().shared;
   now_running.shared_bytes = module().shared_bytes;
   now_running.dynamic_shared = reinterpret_cast<std::uintptr_t>(cuda::counts);
@@ -227,7 +228,7 @@ Grid::~Grid() {
 }
 
 Cell& Grid::shared_cell(std::uintptr_t address) {
-  const std::size_t word = (address - module().shared) / 4;
+  const std::size_t word = (address - now_running.shared) / 4;
   if (block_->cells.empty()) block_->cells.resize(module().shared_bytes / 4 + 1);
   Cell& cell = block_->cells[word];
   if (cell.write == 0 && cell.reads[0] == 0) block_->touched.push_back(static_cast<std::uint32_t>(word));
@@ -321,10 +322,12 @@ bool Grid::all_wait(int first, int last, Wait wait) const {
 
 void Grid::diverged(int first, int last) {
   std::vector<int> counts(8);
-  for (int i = first; i < last; ++i) ++counts[static_cast<std::size_t>(block_->threads[static_cast<std::size_t>(i)].wait)];
+  for (int i = first; i < last; ++i)
+    ++counts[static_cast<std::size_t>(block_->threads[static_cast<std::size_t>(i)].wait)];
   std::string text;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (counts[i] != 0) text += (text.empty() ? "" : ", ") + std::to_string(counts[i]) + " at " + name_of(static_cast<Wait>(i));
+    if (counts[i] != 0)
+      text += (text.empty() ? "" : ", ") + std::to_string(counts[i]) + " at " + name_of(static_cast<Wait>(i));
   }
   report(name_ + ": threads wait for each other at different places: " + text);
   is_broken_ = true;
@@ -337,7 +340,8 @@ void Grid::check_storage(int first, int last, bool is_warp) {
     if (block_->threads[static_cast<std::size_t>(i)].storage != storage)
       report(name_ + ": threads of a collective call give different storage");
   }
-  const int warp = is_warp ? first / kWarp : -1, phase = is_warp ? block_->warp_phases[static_cast<std::size_t>(warp)] : 0;
+  const int warp = is_warp ? first / kWarp : -1,
+            phase = is_warp ? block_->warp_phases[static_cast<std::size_t>(warp)] : 0;
   const auto [use, is_new] = block_->uses.try_emplace(storage, Use{block_->segment, warp, phase});
   if (is_new) return;
   if (use->second.segment == block_->segment && (use->second.warp != warp || use->second.warp_phase == phase))
@@ -435,12 +439,12 @@ bool Grid::run() {
     const std::size_t at = ready[static_cast<std::size_t>(below(ready.size()))];
     switch_to(blocks_[at].get());
     // On to the next barrier; now and then past several of them while the others stand.
-    while (run_block() && random_.uniform() < 0.7) {}
+    while (run_block() && random_.uniform() < 0.7) {
+    }
     if (!is_broken_ && block_->threads.front().wait == Wait::end) finish_block(at);
   }
   return false;
 }
-
 
 unsigned size_of(const dim3& size, int axis) { return axis == 0 ? size.x : axis == 1 ? size.y : size.z; }
 
@@ -469,8 +473,6 @@ bool run_blocks(const std::string& name, const Shape& shape, int resident, const
   *touched_shared = running_grid.touched_shared();
   return succeeded;
 }
-
-const Running& running() { return now_running; }
 
 bool is_constant(std::uintptr_t address) {
   return std::any_of(module().constants.begin(), module().constants.end(),

@@ -16,8 +16,8 @@ struct Shape {
   bool cooperative = false;
 };
 
-/// Runs all blocks of a kernel, at most `resident` at a time, in an order that `random` gives. False if a thread did what
-/// ends a kernel: an address of nobody, a barrier that others never reach.
+/// Runs all blocks of a kernel, at most `resident` at a time, in an order that `random` gives. False if a thread did
+/// what ends a kernel: an address of nobody, a barrier that others never reach.
 bool run_blocks(const std::string& name, const Shape& shape, int resident, const Call& call, std::uint64_t seed,
                 std::size_t* touched_shared);
 
@@ -30,7 +30,8 @@ struct Running {
   std::uintptr_t stack = 0, shared = 0, parameters = 0, dynamic_shared = 0;
   std::size_t stack_bytes = 0, shared_bytes = 0, parameter_bytes = 0, dynamic_shared_bytes = 0;
 };
-const Running& running();
+[[gnu::visibility("hidden")]] extern Running now_running;
+inline const Running& running() { return now_running; }
 /// What the program was loaded with and cannot be written: constants, which the compiler puts on the device as well.
 bool is_constant(std::uintptr_t address);
 /// Of a word in shared memory, of the block that runs.

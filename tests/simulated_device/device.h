@@ -1,5 +1,5 @@
-// The simulated device as tests see it: what it is like, and what it found wrong. It stands behind the CUDA runtime that
-// tests/simulated_device/runtime.h declares, so that `make_cuda_backend` gives a backend on it.
+// The simulated device as tests see it: what it is like, and what it found wrong. It stands behind the CUDA runtime
+// that tests/simulated_device/runtime.h declares, so that `make_cuda_backend` gives a backend on it.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +11,9 @@ namespace plumbline::simulated {
 
 /// What NVIDIA's table "Technical specifications per compute capability" says of a device, and the kernel's own limits.
 struct Limits {
-  int capability;                ///< 75 is sm_75
-  int threads_of_processor;      ///< that one can hold at a time
-  int blocks_of_processor;       ///< as well
+  int capability;                   ///< 75 is sm_75
+  int threads_of_processor;         ///< that one can hold at a time
+  int blocks_of_processor;          ///< as well
   std::size_t shared_of_processor;  ///< bytes
   std::size_t shared_reserved;      ///< bytes of each block that the system takes
 };
@@ -23,8 +23,8 @@ struct Model {
   bool available = true;
   bool cooperative = true;
   int processors = 4;
-  int capability = 90;    ///< one of known_limits()
-  std::uint64_t seed = 1; ///< of the order of blocks, of threads between barriers, and of streams
+  int capability = 90;     ///< one of known_limits()
+  std::uint64_t seed = 1;  ///< of the order of blocks, of threads between barriers, and of streams
 };
 
 /// The device that is there from now on, with no error and nothing reported. No backend may be alive.
@@ -37,9 +37,9 @@ std::vector<std::string> take_faults();
 struct Launch {
   std::string kernel;
   std::size_t blocks = 0;
-  int threads = 0;                   ///< of a block
-  std::size_t dynamic_shared = 0;    ///< bytes
-  std::size_t touched_shared = 0;    ///< bytes that it declares itself and that some block touched
+  int threads = 0;                 ///< of a block
+  std::size_t dynamic_shared = 0;  ///< bytes
+  std::size_t touched_shared = 0;  ///< bytes that it declares itself and that some block touched
   bool cooperative = false;
 };
 /// Since the previous call, one for each kernel, with the largest of each figure.

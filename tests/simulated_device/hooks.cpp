@@ -56,8 +56,11 @@ void on_fault(int signal_number, siginfo_t* info, void*) {
 
 void report(const std::string& sentence) {
   ++reports;
-  if (faults.size() < 20 && std::find(faults.begin(), faults.end(), sentence) == faults.end())
-    faults.push_back(sentence);
+  // The same for another byte of the memory that the brackets name is the same.
+  const auto begins_alike = [what = sentence.substr(0, sentence.find(" ("))](const std::string& fault) {
+    return fault.starts_with(what);
+  };
+  if (faults.size() < 20 && std::none_of(faults.begin(), faults.end(), begins_alike)) faults.push_back(sentence);
 }
 
 bool enough_is_reported() { return reports > 1000; }
@@ -135,7 +138,9 @@ void __tsan_vptr_update(void** address, void*) {
 }
 
 // Reference counts of the host's shared pointers, and the guards of its static variables.
-int __tsan_atomic32_fetch_add(volatile int* address, int value, int) { return __atomic_fetch_add(address, value, __ATOMIC_SEQ_CST); }
+int __tsan_atomic32_fetch_add(volatile int* address, int value, int) {
+  return __atomic_fetch_add(address, value, __ATOMIC_SEQ_CST);
+}
 int __tsan_atomic32_load(const volatile int* address, int) { return __atomic_load_n(address, __ATOMIC_SEQ_CST); }
 char __tsan_atomic8_load(const volatile char* address, int) { return __atomic_load_n(address, __ATOMIC_SEQ_CST); }
 long __tsan_atomic64_load(const volatile long* address, int) { return __atomic_load_n(address, __ATOMIC_SEQ_CST); }

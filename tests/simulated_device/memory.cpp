@@ -16,8 +16,9 @@ constexpr unsigned char kGarbage = 0xcb;
 /// Of allocations; what lies between two of them belongs to nobody.
 constexpr std::size_t kAlignment = 256;
 
-std::uintptr_t reserve(std::size_t bytes) {
-  void* address = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+/// Pages that cost nothing until they are first written.
+std::uintptr_t reserve(std::size_t bytes, int protection) {
+  void* address = mmap(nullptr, bytes, protection, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (address == MAP_FAILED) std::abort();
   return reinterpret_cast<std::uintptr_t>(address);
 }
@@ -28,20 +29,12 @@ void protect(std::uintptr_t begin, std::uintptr_t end, int protection) {
 
 }  // namespace
 
-Memory& Memory::get() {
-  static Memory memory;
-  return memory;
-}
+Memory Memory::instance_;
 
 Memory::Memory()
-    : base_(reserve(3 * kSpaceBytes)), cells_(reinterpret_cast<Cell*>(reserve(3 * kSpaceBytes / 4 * sizeof(Cell)))) {
+    : base_(reserve(3 * kSpaceBytes, PROT_NONE)),
+      cells_(reinterpret_cast<Cell*>(reserve(3 * kSpaceBytes / 4 * sizeof(Cell), PROT_READ | PROT_WRITE))) {
   for (std::size_t space = 0; space < 3; ++space) next_[space] = base_ + space * kSpaceBytes;
-}
-
-void Memory::map_cells(std::uintptr_t begin, std::uintptr_t end) const {
-  const auto first = reinterpret_cast<std::uintptr_t>(&cell(begin)) / kPage * kPage;
-  const auto last = (reinterpret_cast<std::uintptr_t>(&cell(end)) + kPage - 1) / kPage * kPage;
-  protect(first, last, PROT_READ | PROT_WRITE);
 }
 
 void* Memory::allocate(Space space, std::size_t bytes) {
@@ -52,7 +45,6 @@ void* Memory::allocate(Space space, std::size_t bytes) {
   const std::size_t pages = (bytes + 2 * kAlignment + kPage - 1) / kPage * kPage;
   const std::uintptr_t begin = (next + pages - bytes - kAlignment) / kAlignment * kAlignment;
   protect(next, next + pages, PROT_READ | PROT_WRITE);
-  map_cells(next, next + pages);
   std::memset(reinterpret_cast<void*>(begin), kGarbage, bytes);
   if (space == Space::device && !open_) protect(next, next + pages, PROT_NONE);
   next += pages;
@@ -75,8 +67,7 @@ bool Memory::free(Space space, void* address) {
   return true;
 }
 
-Allocation* Memory::find(std::uintptr_t address) {
-  if (previous_ != nullptr && address - previous_->begin < previous_->bytes) return previous_;
+Allocation* Memory::search(std::uintptr_t address) {
   auto next = allocations_.upper_bound(address);
   if (next == allocations_.begin()) return nullptr;
   Allocation& candidate = std::prev(next)->second;

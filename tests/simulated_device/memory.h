@@ -28,7 +28,7 @@ struct Allocation {
 
 class Memory {
  public:
-  static Memory& get();
+  static Memory& get() { return instance_; }
 
   /// Filled with a pattern that is no plausible value. Null where the range is used up.
   void* allocate(Space space, std::size_t bytes);
@@ -38,8 +38,11 @@ class Memory {
   bool contains(std::uintptr_t address) const { return address - base_ < 3 * kSpaceBytes; }
   bool is_device(std::uintptr_t address) const { return address - base_ < kSpaceBytes; }
   /// Null outside of every allocation.
-  Allocation* find(std::uintptr_t address);
-  /// Only within an allocation.
+  Allocation* find(std::uintptr_t address) {
+    if (previous_ != nullptr && address - previous_->begin < previous_->bytes) return previous_;
+    return search(address);
+  }
+  /// Of a word in one of the arenas; empty outside of every allocation.
   Cell& cell(std::uintptr_t address) const { return cells_[(address - base_) / 4]; }
   /// All of an allocation is written by one operation: its cells are empty again.
   void forget(Allocation& allocation, Stamp written);
@@ -49,9 +52,10 @@ class Memory {
   void close();
 
  private:
+  [[gnu::visibility("hidden")]] static Memory instance_;
   static constexpr std::size_t kSpaceBytes = std::size_t{1} << 36, kPage = 4096;
   Memory();
-  void map_cells(std::uintptr_t begin, std::uintptr_t end) const;
+  Allocation* search(std::uintptr_t address);
 
   std::uintptr_t base_ = 0, next_[3] = {};
   Cell* cells_ = nullptr;

@@ -10,10 +10,7 @@ void join(Clock* clock, const Clock& other) {
   for (std::size_t i = 0; i < other.size(); ++i) (*clock)[i] = std::max((*clock)[i], other[i]);
 }
 
-Order& Order::get() {
-  static Order order;
-  return order;
-}
+Order Order::instance_;
 
 int Order::add_actor() {
   first_of_.emplace_back();

@@ -21,7 +21,7 @@ class Order {
  public:
   static constexpr int kHost = 0;
 
-  static Order& get();
+  static Order& get() { return instance_; }
 
   int add_actor();
   /// An interval of `actor` begins, after all intervals that `clock` counts and the actor's earlier ones.
@@ -66,6 +66,7 @@ class Order {
     std::uint32_t first_segment, index;
     int actor;
   };
+  [[gnu::visibility("hidden")]] static Order instance_;
   Order() { add_actor(); }
   bool is_interval_before(std::uint32_t segment) const;
 

@@ -123,8 +123,12 @@ int blocks_at_a_time(const Shape& shape) {
 
 void run_kernel(const Shape& shape, const void* kernel, const Call& call) {
   const std::string name = name_of_kernel(kernel);
-  Launch launched{name, std::size_t{shape.grid.x} * shape.grid.y * shape.grid.z,
-                  static_cast<int>(shape.block.x * shape.block.y * shape.block.z), shape.dynamic_shared, 0, shape.cooperative};
+  Launch launched{name,
+                  std::size_t{shape.grid.x} * shape.grid.y * shape.grid.z,
+                  static_cast<int>(shape.block.x * shape.block.y * shape.block.z),
+                  shape.dynamic_shared,
+                  0,
+                  shape.cooperative};
   Device& device = Device::get();
   if (!run_blocks(name, shape, blocks_at_a_time(shape), call, device.next_seed(), &launched.touched_shared))
     device.fail(cudaErrorIllegalAddress);
@@ -146,9 +150,10 @@ cudaError_t launch(const cudaLaunchConfig_t& config, const void* kernel, std::un
   const std::size_t blocks = std::size_t{shape.grid.x} * shape.grid.y * shape.grid.z;
   if (shape.cooperative && blocks > static_cast<std::size_t>(blocks_at_a_time(shape)))
     return cudaErrorCooperativeLaunchTooLarge;
-  device.enqueue(config.stream,
-                 {[shape, kernel, call = std::shared_ptr<const Call>(std::move(call))] { run_kernel(shape, kernel, *call); },
-                  nullptr});
+  device.enqueue(config.stream, {[shape, kernel, call = std::shared_ptr<const Call>(std::move(call))] {
+                                   run_kernel(shape, kernel, *call);
+                                 },
+                                 nullptr});
   return cudaSuccess;
 }
 
@@ -169,7 +174,9 @@ cudaError_t occupancy(int* blocks, int threads, std::size_t shared_bytes) {
   const std::size_t shared = shared_bytes + declared_shared() + limits.shared_reserved;
   const int by_threads = std::min(limits.threads_of_processor, std::max(kThreadsByRegisters, threads)) / threads;
   const int by_shared = static_cast<int>(limits.shared_of_processor / shared);
-  *blocks = shared_bytes + declared_shared() > kSharedOfBlock ? 0 : std::min({by_threads, by_shared, limits.blocks_of_processor});
+  *blocks = shared_bytes + declared_shared() > kSharedOfBlock
+                ? 0
+                : std::min({by_threads, by_shared, limits.blocks_of_processor});
   return cudaSuccess;
 }
 
@@ -180,14 +187,22 @@ using simulated::Device;
 
 const char* cudaGetErrorString(cudaError_t status) {
   switch (status) {
-    case cudaSuccess: return "no error";
-    case cudaErrorInvalidValue: return "invalid argument";
-    case cudaErrorMemoryAllocation: return "out of memory";
-    case cudaErrorInvalidConfiguration: return "invalid configuration argument";
-    case cudaErrorNoDevice: return "no CUDA-capable device is detected";
-    case cudaErrorIllegalAddress: return "an illegal memory access was encountered";
-    case cudaErrorLaunchFailure: return "unspecified launch failure";
-    case cudaErrorCooperativeLaunchTooLarge: return "too many blocks in cooperative launch";
+    case cudaSuccess:
+      return "no error";
+    case cudaErrorInvalidValue:
+      return "invalid argument";
+    case cudaErrorMemoryAllocation:
+      return "out of memory";
+    case cudaErrorInvalidConfiguration:
+      return "invalid configuration argument";
+    case cudaErrorNoDevice:
+      return "no CUDA-capable device is detected";
+    case cudaErrorIllegalAddress:
+      return "an illegal memory access was encountered";
+    case cudaErrorLaunchFailure:
+      return "unspecified launch failure";
+    case cudaErrorCooperativeLaunchTooLarge:
+      return "too many blocks in cooperative launch";
   }
   return "unrecognized error code";
 }

@@ -1,6 +1,6 @@
-// What cuda.cu and launch.cuh use of CUDA (the runtime, cooperative groups, CUB, Thrust, libcu++), for a C++ compiler and
-// a device that tests/simulated_device simulates. The headers in include/ lead here. Names and signatures are those of
-// the CUDA Runtime API and of CUB's documentation; what is not used is not here.
+// What cuda.cu and launch.cuh use of CUDA (the runtime, cooperative groups, CUB, Thrust, libcu++), for a C++ compiler
+// and a device that tests/simulated_device simulates. The headers in include/ lead here. Names and signatures are those
+// of the CUDA Runtime API and of CUB's documentation; what is not used is not here.
 #pragma once
 
 #include <algorithm>

@@ -83,7 +83,8 @@ void Device::wait_for(Stream* stream, const Event& event) {
 }
 
 bool Device::is_ready(const Stream& stream) const {
-  return !stream.waiting.empty() && (stream.waiting.front().waits_for == nullptr || stream.waiting.front().waits_for->reached);
+  return !stream.waiting.empty() &&
+         (stream.waiting.front().waits_for == nullptr || stream.waiting.front().waits_for->reached);
 }
 
 /// The next operation of some stream that has one.
@@ -111,13 +112,15 @@ void Device::do_some() {
   const std::uint64_t draw = next_seed();
   if (draw % 2 == 0) return;
   in_device([&] {
-    for (std::uint64_t left = draw / 2 % 5; left > 0 && do_one(); --left) {}
+    for (std::uint64_t left = draw / 2 % 5; left > 0 && do_one(); --left) {
+    }
   });
 }
 
 void Device::finish(Stream* stream) {
   in_device([&] {
-    while (!stream->waiting.empty() && do_one()) {}
+    while (!stream->waiting.empty() && do_one()) {
+    }
   });
   join(&Order::get().host_clock(), stream->clock);
 }
@@ -125,20 +128,23 @@ void Device::finish(Stream* stream) {
 void Device::finish(const std::shared_ptr<Mark>& mark) {
   if (mark == nullptr) return;
   in_device([&] {
-    while (!mark->reached && do_one()) {}
+    while (!mark->reached && do_one()) {
+    }
   });
   join(&Order::get().host_clock(), mark->clock);
 }
 
 void Device::finish_all() {
   in_device([&] {
-    while (do_one()) {}
+    while (do_one()) {
+    }
   });
   for (const auto& stream : streams_) join(&Order::get().host_clock(), stream->clock);
 }
 
 void Device::note(const Launch& launch) {
-  const auto known = std::find_if(launches_.begin(), launches_.end(), [&](const Launch& l) { return l.kernel == launch.kernel; });
+  const auto known =
+      std::find_if(launches_.begin(), launches_.end(), [&](const Launch& l) { return l.kernel == launch.kernel; });
   if (known == launches_.end()) {
     launches_.push_back(launch);
     return;
