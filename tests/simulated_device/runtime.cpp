@@ -34,12 +34,12 @@ bool is_on_host(const void* address) { return !is_device_address(address); }
 
 cudaError_t refuse(const std::string& sentence, cudaError_t error = cudaErrorInvalidValue) {
   report(sentence);
-  return error;
+  return Device::get().returned(error);
 }
 
 cudaError_t allocate(Space space, void** address, std::size_t bytes) {
   *address = bytes == 0 ? nullptr : Memory::get().allocate(space, bytes);
-  return bytes == 0 || *address != nullptr ? cudaSuccess : cudaErrorMemoryAllocation;
+  return Device::get().returned(bytes == 0 || *address != nullptr ? cudaSuccess : cudaErrorMemoryAllocation);
 }
 
 struct Rows {
@@ -146,10 +146,10 @@ cudaError_t launch(const cudaLaunchConfig_t& config, const void* kernel, std::un
   Shape shape{config.gridDim, config.blockDim, config.dynamicSmemBytes};
   for (unsigned i = 0; i < config.numAttrs; ++i)
     shape.cooperative = shape.cooperative || config.attrs[i].val.cooperative != 0;
-  if (const cudaError_t status = check_shape(shape); status != cudaSuccess) return status;
+  if (const cudaError_t status = check_shape(shape); status != cudaSuccess) return device.returned(status);
   const std::size_t blocks = std::size_t{shape.grid.x} * shape.grid.y * shape.grid.z;
   if (shape.cooperative && blocks > static_cast<std::size_t>(blocks_at_a_time(shape)))
-    return cudaErrorCooperativeLaunchTooLarge;
+    return device.returned(cudaErrorCooperativeLaunchTooLarge);
   device.enqueue(config.stream, {[shape, kernel, call = std::shared_ptr<const Call>(std::move(call))] {
                                    run_kernel(shape, kernel, *call);
                                  },
@@ -206,7 +206,7 @@ const char* cudaGetErrorString(cudaError_t status) {
   }
   return "unrecognized error code";
 }
-cudaError_t cudaGetLastError() { return Device::get().error(); }
+cudaError_t cudaGetLastError() { return Device::get().take_told(); }
 
 cudaError_t cudaDriverGetVersion(int* version) {
   *version = Device::get().model().available ? 13000 : 0;
@@ -214,7 +214,7 @@ cudaError_t cudaDriverGetVersion(int* version) {
 }
 cudaError_t cudaGetDeviceCount(int* count) {
   *count = Device::get().model().available ? 1 : 0;
-  return Device::get().model().available ? cudaSuccess : cudaErrorNoDevice;
+  return Device::get().returned(Device::get().model().available ? cudaSuccess : cudaErrorNoDevice);
 }
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int device) {
   if (device != 0 || !Device::get().model().available) return cudaErrorNoDevice;

@@ -26,7 +26,7 @@ Device& Device::get() {
 void Device::plug_in(const Model& model) {
   model_ = model;
   draws_ = 0;
-  error_ = cudaSuccess;
+  error_ = told_ = cudaSuccess;
   launches_.clear();
 }
 

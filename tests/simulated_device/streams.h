@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/random.h"
@@ -64,6 +65,12 @@ class Device {
   /// An error that stays, as an illegal address does.
   void fail(cudaError_t error) { error_ = error; }
   cudaError_t error() const { return error_; }
+  /// What a call returns; an error is kept until cudaGetLastError has told it.
+  cudaError_t returned(cudaError_t error) {
+    if (error != cudaSuccess) told_ = error;
+    return error;
+  }
+  cudaError_t take_told() { return error_ != cudaSuccess ? error_ : std::exchange(told_, cudaSuccess); }
   void note(const Launch& launch);
   std::vector<Launch> take_launches();
 
@@ -75,7 +82,7 @@ class Device {
 
   Model model_;
   std::uint64_t draws_ = 0;
-  cudaError_t error_ = cudaSuccess;
+  cudaError_t error_ = cudaSuccess, told_ = cudaSuccess;
   std::vector<std::unique_ptr<Stream>> streams_;
   std::vector<Launch> launches_;
 };

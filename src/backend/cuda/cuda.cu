@@ -24,6 +24,7 @@ namespace {
 
 void check(cudaError_t status, const char* what) {
   if (status == cudaSuccess) return;
+  cudaGetLastError();  // the error is told here and must not stick
   if (status == cudaErrorMemoryAllocation) throw std::bad_alloc();
   throw Error(std::string(what) + " failed: " + cudaGetErrorString(status), "cuda",
               "try again with --backend cpu; if that works, please report this");
@@ -84,10 +85,12 @@ struct Shape {
   bool cooperative = false;
 };
 
-/// Puts a kernel on a stream. A function in the place of <<<…>>>, so that any C++ compiler takes it.
+/// Puts a kernel on a stream; no block is no launch. A function where CUDA has <<<…>>>, so that any C++ compiler takes
+/// it.
 template <class... Parameters, class... Arguments>
 void launch(const Stream& stream, const char* what, const Shape& shape, void (*kernel)(Parameters...),
             const Arguments&... arguments) {
+  if (shape.blocks.x == 0 || shape.blocks.y == 0) return;
   cudaLaunchAttribute cooperative{};
   cooperative.id = cudaLaunchAttributeCooperative;
   cooperative.val.cooperative = 1;
@@ -104,7 +107,8 @@ void launch(const Stream& stream, const char* what, const Shape& shape, void (*k
 /// Blocks of `threads` that are enough for `count`.
 dim3 blocks_for(int count, int threads) { return dim3(static_cast<unsigned>(divide_up(count, threads))); }
 dim3 blocks_for_pixels(int width, int height) {
-  return dim3(static_cast<unsigned>(divide_up(width, kTileColumns)), static_cast<unsigned>(divide_up(height, kTileRows)));
+  return dim3(static_cast<unsigned>(divide_up(width, kTileColumns)),
+              static_cast<unsigned>(divide_up(height, kTileRows)));
 }
 
 /// Device memory that grows to what is asked for and keeps no content.
@@ -275,7 +279,6 @@ class CudaBackend final : public Backend {
   template <class Kernel>
   void entries(const Kernel& kernel, int count, const char* what) const {
     constexpr int kThreads = 64;
-    if (count == 0) return;
     launch(stream_, what, {blocks_for(count, kThreads), kThreads}, for_each_entry<Kernel>, kernel, count);
     launched(what);
   }
@@ -432,8 +435,8 @@ void CudaBackend::integrate_marked(const kernels::Integrate& kernel, const std::
   select(flags, count, list, listed);
   constexpr int kBlocksOfProcessor = 2048 / kernels::kBrickVoxels;  // threads that one can hold
   const int blocks = std::min(count, kBlocksOfProcessor * processors_);
-  launch(stream_, "Integrate", {static_cast<unsigned>(blocks), kernels::kBrickVoxels}, for_each_brick<kernels::Integrate>,
-         kernel, list, listed);
+  launch(stream_, "Integrate", {static_cast<unsigned>(blocks), kernels::kBrickVoxels},
+         for_each_brick<kernels::Integrate>, kernel, list, listed);
   launched("Integrate");
 }
 
