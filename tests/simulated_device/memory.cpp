@@ -34,7 +34,14 @@ Memory Memory::instance_;
 Memory::Memory()
     : base_(reserve(3 * kSpaceBytes, PROT_NONE)),
       cells_(reinterpret_cast<Cell*>(reserve(3 * kSpaceBytes / 4 * sizeof(Cell), PROT_READ | PROT_WRITE))) {
+  begin_anew();
+}
+
+void Memory::begin_anew() {
+  const bool was_open = open_;
+  if (was_open) close();
   for (std::size_t space = 0; space < 3; ++space) next_[space] = base_ + space * kSpaceBytes;
+  if (was_open) open();
 }
 
 void* Memory::allocate(Space space, std::size_t bytes) {
@@ -58,12 +65,13 @@ bool Memory::free(Space space, void* address) {
   if (found == allocations_.end() || found->second.space != space) return false;
   Allocation& allocation = found->second;
   forget(allocation, 0);
-  // Whole pages go back to the system; the addresses are not used again.
+  // Whole pages go back to the system; the addresses are used again only once nothing is allocated.
   const std::uintptr_t first = (allocation.begin + kPage - 1) / kPage * kPage,
                        last = (allocation.begin + allocation.bytes) / kPage * kPage;
   if (last > first) madvise(reinterpret_cast<void*>(first), last - first, MADV_DONTNEED);
   allocations_.erase(found);
   previous_ = nullptr;
+  if (allocations_.empty()) begin_anew();
   return true;
 }
 

@@ -55,6 +55,8 @@ class Memory {
   [[gnu::visibility("hidden")]] static Memory instance_;
   static constexpr std::size_t kSpaceBytes = std::size_t{1} << 36, kPage = 4096;
   Memory();
+  /// Addresses from the beginning: nothing is allocated.
+  void begin_anew();
   Allocation* search(std::uintptr_t address);
 
   std::uintptr_t base_ = 0, next_[3] = {};

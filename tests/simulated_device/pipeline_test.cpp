@@ -45,13 +45,15 @@ struct Case {
 };
 const Case kCases[] = {
     {"Kinectfusion", "kinectfusion", 0, [](Parameters*) {}},
-    {"Plumbline", "plumbline", 1, [](Parameters* p) { p->volume.color = true; }},
+    {"Plumbline", "plumbline", 1, [](Parameters* p) { p->tracking.relocalise_after = 0; }},
     {"Paper", "paper", 2, [](Parameters*) {}},
     {"AtTheBorder", "kinectfusion", 3,
      [](Parameters* p) {
-       p->volume.side = 0.8;  // a part of the desk, whose surface goes through its faces
+       p->tracking.min_inlier_fraction = 0.02;
+       p->volume.side = 1.8;
+       p->volume.offset = 0.2;  // a part of the scene, whose surface goes through the faces
        p->volume.resolution = 44;
-       p->volume.truncation = 0.06;
+       p->volume.truncation = 0.08;
      }},
 };
 
@@ -63,6 +65,7 @@ class SimulatedPipeline : public testing::TestWithParam<Case> {
     parameters.volume.resolution = 64;
     parameters.volume.side = 3.2;
     parameters.volume.truncation = 0.12;
+    parameters.volume.offset = -0.1;
     parameters.mesh.min_weight = 1;
     GetParam().change(&parameters);
     return test::run_pipeline(
@@ -119,6 +122,7 @@ TEST(SimulatedLimits, HoldOnEveryGeneration) {
   static const Scan scan;
   Parameters parameters = preset("paper");
   parameters.volume.resolution = 32;
+  parameters.volume.truncation = 0.3;
   test::run_pipeline(
       parameters, scan.camera, 2, [](int i) { return scan.frames[static_cast<std::size_t>(i)]; }, 1, scan.first, false,
       "cuda");
