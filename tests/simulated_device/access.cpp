@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "simulated_device/blocks.h"
 #include "simulated_device/faults.h"
@@ -19,6 +20,15 @@ struct Who {
   std::string text() const { return operation != nullptr ? operation : name_of(instruction); }
 };
 
+/// Keeps a sentence that `text` makes. It is the simulation's own work, whatever runs.
+template <class Text>
+void tell(const Text& text) {
+  if (enough_is_reported()) return;
+  const bool in_kernel = std::exchange(now_running.in_kernel, false);
+  report(text());
+  now_running.in_kernel = in_kernel;
+}
+
 const char* verb(Access kind) {
   return kind == Access::read ? "reads" : kind == Access::write ? "writes" : "atomically changes";
 }
@@ -34,11 +44,14 @@ void for_words(std::uintptr_t address, std::size_t bytes, const Piece& piece) {
   }
 }
 
+std::string place(std::uintptr_t word) {
+  return word - running().shared < running().shared_bytes ? " (shared memory)" : " (" + describe(word) + ")";
+}
+
 void race(std::uintptr_t word, Access kind, const char* other, const Who& who) {
-  if (enough_is_reported()) return;
-  const bool is_shared = word - running().shared < running().shared_bytes;
-  report(who.text() + " " + verb(kind) + " what " + other + " and no barrier or event is between (" +
-         (is_shared ? "shared memory" : describe(word)) + ")");
+  tell([&] {
+    return who.text() + " " + verb(kind) + " what " + other + " and no barrier or event is between" + place(word);
+  });
 }
 
 bool collides(Stamp earlier, unsigned bytes, bool is_atomic) {
@@ -60,9 +73,8 @@ void remember_read(Cell& cell, Stamp now) {
 void check(std::uintptr_t word, unsigned bytes, Access kind, Cell& cell, const Who& who) {
   const Stamp now = Order::get().stamp(bytes, kind == Access::atomic);
   if (kind == Access::write && cell.write == now && cell.reads[0] == 0) return;
-  if (cell.write == 0 && kind != Access::write && who.operation == nullptr && !enough_is_reported())
-    report(who.text() + " " + verb(kind) + " what nobody has written (" +
-           (word - running().shared < running().shared_bytes ? "shared memory" : describe(word)) + ")");
+  if (cell.write == 0 && kind != Access::write && who.operation == nullptr)
+    tell([&] { return who.text() + " " + verb(kind) + " what nobody has written" + place(word); });
   if (collides(cell.write, bytes, kind == Access::atomic)) race(word, kind, "another thread or operation writes", who);
   if (kind == Access::read) return remember_read(cell, now);
   for (Stamp& read : cell.reads) {
@@ -81,8 +93,10 @@ void check_arena(std::uintptr_t address, std::size_t bytes, Access kind, const W
   }
   Allocation* allocation = Memory::get().find(address);
   if (allocation == nullptr || address + bytes > allocation->begin + allocation->bytes) {
-    report(who.text() + " " + verb(kind) + " " + std::to_string(bytes) + " bytes at " + describe(address) +
-           ", which are not all within it");
+    tell([&] {
+      return who.text() + " " + verb(kind) + " " + std::to_string(bytes) + " bytes at " + describe(address) +
+             ", which are not all within it";
+    });
     if (running().in_kernel) abandon();
     return;
   }
@@ -97,7 +111,7 @@ void check_shared(std::uintptr_t address, std::size_t bytes, Access kind, const 
   const Running& now = running();
   if (address - now.dynamic_shared < kDynamicShared &&
       address - now.dynamic_shared + bytes > now.dynamic_shared_bytes) {
-    report(who.text() + " " + verb(kind) + " beyond the shared memory that its launch gives it");
+    tell([&] { return who.text() + " " + verb(kind) + " beyond the shared memory that its launch gives it"; });
     abandon();
   }
   for_words(address, bytes,
@@ -108,7 +122,7 @@ void from_host(std::uintptr_t address, std::size_t bytes, Access kind, const Who
   Memory& memory = Memory::get();
   if (!memory.contains(address)) return;
   if (memory.is_device(address)) {
-    report(who.text() + ", the host's code, " + verb(kind) + " " + describe(address));
+    tell([&] { return who.text() + ", the host's code, " + verb(kind) + " " + describe(address); });
     return;
   }
   Order::get().host_accesses();
@@ -126,7 +140,7 @@ void access(const void* pointer, std::size_t bytes, Access kind, const void* ins
   if (Memory::get().contains(address)) return check_arena(address, bytes, kind, who);
   if (address - now.shared < now.shared_bytes) return check_shared(address, bytes, kind, who);
   if (kind == Access::read && (address - now.parameters < now.parameter_bytes || is_constant(address))) return;
-  report(who.text() + " " + verb(kind) + " the host's memory in a kernel");
+  tell([&] { return who.text() + " " + verb(kind) + " the host's memory in a kernel"; });
   abandon();
 }
 

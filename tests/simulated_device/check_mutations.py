@@ -66,6 +66,10 @@ def compile_command(build: pathlib.Path):
     sys.exit(f"{build} has no command for simulated_device/cuda_backend.cpp")
 
 
+def folder_of_objects(build: pathlib.Path) -> pathlib.Path:
+    return build / "tests/CMakeFiles/plumbline_simulated_device.dir/simulated_device"
+
+
 def library(build: pathlib.Path, sources: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
     """The simulated device with the backend of `sources`."""
     directory, command = compile_command(build)
@@ -75,11 +79,11 @@ def library(build: pathlib.Path, sources: pathlib.Path, folder: pathlib.Path) ->
     first = next(i for i, word in enumerate(command) if word.startswith("-I"))
     command.insert(first, f"-I{sources}")
     subprocess.run(command, cwd=directory, check=True)
-    objects = [str(o) for o in (build / "tests/CMakeFiles/plumbline_simulated_device.dir/simulated_device").glob("*.o")
-               if o.name != "cuda_backend.cpp.o"]
+    objects = [str(o) for o in sorted(folder_of_objects(build).glob("*.o"))
+               if o.name != "cuda_backend.cpp.o" and o.name != "faulty_kernels.cpp.o"]
     compiler = next(word for word in command if word.endswith("++"))
-    subprocess.run([compiler, "-shared", f"-Wl,-soname,{linked.name}", "-Wl,-Bsymbolic-functions", "-o", linked, compiled,
-                    *objects, "-lboost_context", "-ldl"], check=True)
+    subprocess.run([compiler, "-shared", f"-Wl,-soname,{linked.name}", "-Wl,-Bsymbolic-functions", "-o", linked, *objects,
+                    str(folder_of_objects(build) / "faulty_kernels.cpp.o"), compiled, "-lboost_context", "-ldl"], check=True)
     return linked
 
 
@@ -90,8 +94,10 @@ def first_failure(build: pathlib.Path, linked: pathlib.Path):
     if run.returncode == 0:
         return None
     lines = [line.strip() for line in (run.stdout + run.stderr).splitlines()]
-    after = [lines[i + 1] for i, line in enumerate(lines[:-1]) if line.endswith("Failure")]
-    return (after or [line for line in lines if line] or [f"exit {run.returncode}"])[0][:160]
+    # What the device says comes as "Failed" and a sentence; it tells more than what the fault led to.
+    told = [lines[i + 1] for i, line in enumerate(lines[:-1]) if line == "Failed"]
+    failed = [lines[i + 1] for i, line in enumerate(lines[:-1]) if line.endswith("Failure")]
+    return (told or failed or [line for line in lines if line] or [f"exit {run.returncode}"])[0][:160]
 
 
 def main() -> int:

@@ -25,10 +25,11 @@ inline std::string words(const simulated::Model& model) {
          std::to_string(model.capability);
 }
 
-/// Plugs one device after the other in, does the work with each, and fails of what it finds wrong.
+/// Plugs one device after the other in, does the work with each, and fails of what it finds wrong; the first failure
+/// ends it.
 template <class Work>
 void on_devices(int first, int step, const Work& work) {
-  for (int seed = first; seed < first + kSeeds && !testing::Test::HasFatalFailure(); seed += step) {
+  for (int seed = first; seed < first + kSeeds && !testing::Test::HasFailure(); seed += step) {
     const simulated::Model model = device_with(seed);
     SCOPED_TRACE(words(model));
     simulated::plug_in(model);
