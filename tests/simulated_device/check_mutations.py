@@ -55,6 +55,10 @@ FAULTS = [
     ("sums of chunks in the host's memory", CUDA,
      "register_frame, registration, state, partial, histogram);",
      "register_frame, registration, state, new double[std::size_t{1} << 20], histogram);"),
+    ("an error that is told twice", CUDA,
+     "  cudaGetLastError();  // the error is told here and must not stick\n  if (status == cudaErrorMemoryAllocation)",
+     "  if (status == cudaErrorMemoryAllocation)"),
+    ("a launch without a block", CUDA, "  if (shape.blocks.x == 0 || shape.blocks.y == 0) return;\n", ""),
 ]
 TESTS = "*Simulated*:-*SimulatedMistake*:SimulatedDevice.*"
 

@@ -1,17 +1,19 @@
 // Stages and registrations in the device's own memory: on every device the same to the bit, and what the CPU gives.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
-#include <limits>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <numeric>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "backend/cuda/cuda.h"
 #include "backend/registration.h"
-#include "map/volume.h"
+#include "core/device_array.h"
 #include "plumbline/error.h"
 #include "simulated_device/devices.h"
 #include "support/lane_types.h"
