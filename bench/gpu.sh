@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# On a machine with a GPU: what the CUDA backend does, in one call.
+# On a machine with a GPU: what the CUDA backend does, in one call, and the first thing to run there (docs/cuda.md).
 #   bench/gpu.sh BUILD [SEQUENCE]     BUILD: a release build's folder, SEQUENCE: a TUM folder to time whole runs on
-# Runs every test of the stages and of the pipeline on the device, the memory and race checks, times the stages by wall
+# Runs every test of the stages and of the pipeline on the device, checks memory, races and barriers, times the stages by wall
 # clock and by CUDA events, and compares and times whole runs on both backends.
 set -euo pipefail
 build=${1:?usage: bench/gpu.sh BUILD [SEQUENCE]} sequence=${2:-}
@@ -11,7 +11,7 @@ nvidia-smi --query-gpu=name,driver_version --format=csv,noheader
 "$build/tests/test_map" --gtest_brief=1 --gtest_filter='*cuda*'
 "$build/tests/test_pipeline" --gtest_brief=1 --gtest_filter='*Cuda*'
 if command -v compute-sanitizer >/dev/null; then
-  for tool in memcheck racecheck; do
+  for tool in memcheck racecheck synccheck; do
     for test in backend map; do
       compute-sanitizer --tool $tool --error-exitcode 1 "$build/tests/test_$test" --gtest_brief=1 --gtest_filter='*cuda*'
     done

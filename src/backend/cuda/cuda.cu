@@ -24,6 +24,7 @@ namespace {
 
 void check(cudaError_t status, const char* what) {
   if (status == cudaSuccess) return;
+  cudaGetLastError();  // the error is told here and must not stick
   if (status == cudaErrorMemoryAllocation) throw std::bad_alloc();
   throw Error(std::string(what) + " failed: " + cudaGetErrorString(status), "cuda",
               "try again with --backend cpu; if that works, please report this");
@@ -75,6 +76,40 @@ class Stream {
  private:
   cudaStream_t stream_ = nullptr;
 };
+
+/// Blocks of a kernel and the threads of each; `shared_bytes` come beside what the kernel declares itself. Blocks of a
+/// cooperative launch may wait for each other.
+struct Shape {
+  dim3 blocks, threads;
+  std::size_t shared_bytes = 0;
+  bool cooperative = false;
+};
+
+/// Puts a kernel on a stream; no block is no launch. A function where CUDA has <<<…>>>, so that any C++ compiler takes
+/// it.
+template <class... Parameters, class... Arguments>
+void launch(const Stream& stream, const char* what, const Shape& shape, void (*kernel)(Parameters...),
+            const Arguments&... arguments) {
+  if (shape.blocks.x == 0 || shape.blocks.y == 0) return;
+  cudaLaunchAttribute cooperative{};
+  cooperative.id = cudaLaunchAttributeCooperative;
+  cooperative.val.cooperative = 1;
+  cudaLaunchConfig_t config{};
+  config.gridDim = shape.blocks;
+  config.blockDim = shape.threads;
+  config.dynamicSmemBytes = shape.shared_bytes;
+  config.stream = stream;
+  config.attrs = &cooperative;
+  config.numAttrs = shape.cooperative ? 1 : 0;
+  check(cudaLaunchKernelEx(&config, kernel, arguments...), what);
+}
+
+/// Blocks of `threads` that are enough for `count`.
+dim3 blocks_for(int count, int threads) { return dim3(static_cast<unsigned>(divide_up(count, threads))); }
+dim3 blocks_for_pixels(int width, int height) {
+  return dim3(static_cast<unsigned>(divide_up(width, kTileColumns)),
+              static_cast<unsigned>(divide_up(height, kTileRows)));
+}
 
 /// Device memory that grows to what is asked for and keeps no content.
 class Scratch {
@@ -237,16 +272,14 @@ class CudaBackend final : public Backend {
   }
   template <class Kernel>
   void pixels(int width, int height, const Kernel& kernel, const char* what) const {
-    const dim3 blocks(static_cast<unsigned>(divide_up(width, kTileColumns)),
-                      static_cast<unsigned>(divide_up(height, kTileRows)));
-    for_each<<<blocks, dim3(kTileColumns, kTileRows), 0, stream_>>>(kernel, width, height);
+    launch(stream_, what, {blocks_for_pixels(width, height), dim3(kTileColumns, kTileRows)}, for_each<Kernel>, kernel,
+           width, height);
     launched(what);
   }
   template <class Kernel>
   void entries(const Kernel& kernel, int count, const char* what) const {
     constexpr int kThreads = 64;
-    if (count == 0) return;
-    for_each_entry<<<static_cast<unsigned>(divide_up(count, kThreads)), kThreads, 0, stream_>>>(kernel, count);
+    launch(stream_, what, {blocks_for(count, kThreads), kThreads}, for_each_entry<Kernel>, kernel, count);
     launched(what);
   }
   template <int N, class Kernel>
@@ -294,10 +327,9 @@ std::shared_ptr<void> CudaBackend::allocate(std::size_t bytes) const {
 
 void CudaBackend::run(const kernels::RaySpans& k) const {
   const int tiles = k.spans.stride * k.spans.rows;
-  clear_spans<<<static_cast<unsigned>(divide_up(tiles, kReduceThreads)), kReduceThreads, 0, stream_>>>(k.spans);
-  const dim3 blocks(static_cast<unsigned>(divide_up(k.volume.bricks_per_row(), kTileColumns)),
-                    static_cast<unsigned>(divide_up(k.volume.brick_rows(), kTileRows)));
-  span_rays<<<blocks, dim3(kTileColumns, kTileRows), 0, stream_>>>(k);
+  launch(stream_, "RaySpans", {blocks_for(tiles, kReduceThreads), kReduceThreads}, clear_spans, k.spans);
+  const dim3 blocks = blocks_for_pixels(k.volume.bricks_per_row(), k.volume.brick_rows());
+  launch(stream_, "RaySpans", {blocks, dim3(kTileColumns, kTileRows)}, span_rays, k);
   launched("RaySpans");
 }
 
@@ -315,11 +347,10 @@ void CudaBackend::reduce_pixels(const Kernel& kernel, int width, int height, int
   const int count = width * height, blocks = divide_up(count, kReducePixels);
   auto* partial = partial_.get<double>(static_cast<std::size_t>(blocks) * N);
   std::int32_t* histogram = cleared_histogram();
-  cuda::reduce<N>
-      <<<static_cast<unsigned>(blocks), kReduceThreads, sizeof(std::int32_t) * static_cast<std::size_t>(bins),
-         stream_>>>(kernel, width, count, partial, histogram, bins);
-  fold<N><<<1, N * kWarp, 0, stream_>>>(partial, blocks, histogram, bins, sums_.get(), counts_.get());
-  check(cudaGetLastError(), "reduction");
+  const Shape shape{blocks_for(count, kReducePixels), kReduceThreads,
+                    sizeof(std::int32_t) * static_cast<std::size_t>(bins)};
+  launch(stream_, "reduction", shape, cuda::reduce<N, Kernel>, kernel, width, count, partial, histogram, bins);
+  launch(stream_, "reduction", {1, N * kWarp}, fold<N>, partial, blocks, histogram, bins, sums_.get(), counts_.get());
   stream_.wait();
 }
 
@@ -376,11 +407,8 @@ kernels::RegistrationState CudaBackend::iterate(const kernels::Registration& reg
   constexpr std::size_t kStateBytes = sizeof(kernels::RegistrationState);
   *state_.get() = kernels::begin(registration, model_from_live);
   check(cudaMemcpyAsync(state, state_.get(), kStateBytes, cudaMemcpyHostToDevice, stream_), "registration");
-  const void* arguments[] = {&registration, &state, &partial, &histogram};
-  check(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(register_frame),
-                                    dim3(static_cast<unsigned>(std::clamp(chunks, 1, resident))), dim3(kReduceThreads),
-                                    const_cast<void**>(arguments), shared_bytes, stream_),
-        "registration");
+  const Shape shape{static_cast<unsigned>(std::clamp(chunks, 1, resident)), kReduceThreads, shared_bytes, true};
+  launch(stream_, "registration", shape, register_frame, registration, state, partial, histogram);
   check(cudaMemcpyAsync(state_.get(), state, kStateBytes, cudaMemcpyDeviceToHost, stream_), "registration");
   stream_.wait();
   return *state_.get();
@@ -407,7 +435,8 @@ void CudaBackend::integrate_marked(const kernels::Integrate& kernel, const std::
   select(flags, count, list, listed);
   constexpr int kBlocksOfProcessor = 2048 / kernels::kBrickVoxels;  // threads that one can hold
   const int blocks = std::min(count, kBlocksOfProcessor * processors_);
-  for_each_brick<<<static_cast<unsigned>(blocks), kernels::kBrickVoxels, 0, stream_>>>(kernel, list, listed);
+  launch(stream_, "Integrate", {static_cast<unsigned>(blocks), kernels::kBrickVoxels},
+         for_each_brick<kernels::Integrate>, kernel, list, listed);
   launched("Integrate");
 }
 
