@@ -27,7 +27,18 @@ PL_HD void for_each(const ThreadPool& threads, int width, int height, const Kern
   });
 }
 
-/// The same by blocks of pixels.
+/// Calls kernel(x) for every element of a long row.
+template <class F, class Kernel>
+PL_HD void for_each_along(const ThreadPool& threads, int count, const Kernel& kernel) {
+  constexpr int kChunk = 4096;
+  threads.run((count + kChunk - 1) / kChunk, [&](int chunk, int) {
+    const Kernel own = kernel;
+    const int end = (chunk + 1) * kChunk < count ? (chunk + 1) * kChunk : count;
+    for (int x = chunk * kChunk; x < end; x += kernels::Lane<F>::width) own.template operator()<F>(x);
+  });
+}
+
+/// Calls kernel(x, y) for every pixel, by blocks of them.
 template <class F, class Kernel>
 PL_HD void for_each_block(const ThreadPool& threads, int width, int height, const Kernel& kernel) {
   using Block = kernels::Block<F>;
