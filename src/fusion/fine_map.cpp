@@ -16,11 +16,10 @@ using kernels::BrickWindow;
 using kernels::VoxelPosition;
 
 // Distances are measured as far from a reading: thin enough for a table's leaf, thick enough for the noise.
-constexpr double kTruncation = 0.02;      // metres
-constexpr double kTruncationVoxels = 4;   // at least
-constexpr double kSightTruncation = 0.1;  // metres: bricks farther behind every reading are not looked at
-constexpr float kMinCosine = 0.15f;       // of the incidence of readings that meet a surface
-constexpr double kBestDepth = 0.5;        // metres: a reading there weighs 1
+constexpr double kTruncation = 0.02;     // metres
+constexpr double kTruncationVoxels = 4;  // at least
+constexpr float kMinCosine = 0.15f;      // of the incidence of readings that meet a surface
+constexpr double kBestDepth = 0.5;       // metres: a reading there weighs 1
 // Readings that may see through a voxel for each that met it, and the step from voxel to voxel, in voxels.
 constexpr float kMaxThrough = 1, kMaxStep = 3;
 // Images smaller than this are not halved for their normals.
@@ -192,7 +191,7 @@ void FineMap::update(const View& view) {
   ranges_.measure(live_.raw_depth());
   const RigidTransform camera_from_window = to_kernel(view.window_from_camera.inverse());
   const kernels::BrickSight sight{ranges_.view(), camera_, kernels::kBrickRadius * view_.brick_size(),
-                                  std::max(noise_.truncation, static_cast<float>(kSightTruncation))};
+                                  noise_.truncation};
   stages_->run(kernels::MarkFineBricks{view_, sight, camera_from_window, view.window.first, marked_.data()});
   const int marked = backend_->compact(marked_.data(), view_.bricks, list_.data());
   const PlaneView<const std::int32_t> colors =

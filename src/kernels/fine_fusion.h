@@ -139,7 +139,7 @@ struct TouchedBricks {
     const SurfaceReading<F> reading = SurfaceReading<F>::unpack(word, metres_per_reading);
     const auto met = inside && reading.slope > F(0.0f);
     const float spacing = 0.7f * brick_size;
-    const F across = max(F(noise.truncation), noise.sigma<F>(reading.depth) * kReachSigmas);
+    const F across = max(F(kReachVoxels / kBrickSide * brick_size), noise.sigma<F>(reading.depth) * kReachSigmas);
     const F reach = min(across / max(reading.slope, F(kMinSlope)), F(spacing * (kSamples / 2)));
     const F v(static_cast<float>(y * step));
     for (int k = 0; k < kSamples; ++k) {
@@ -152,8 +152,8 @@ struct TouchedBricks {
   }
 
  private:
-  // Fewer than the truncation has: beyond, few voxels decide where the surface is.
-  static constexpr float kReachSigmas = 1.5f, kMinSlope = 0.35f;
+  // Less than distances are measured: voxels farther off have no part in where the surface is.
+  static constexpr float kReachSigmas = 1.0f, kReachVoxels = 2.5f, kMinSlope = 0.5f;
 
   template <class F>
   PL_HD Int<F> key_at(const F& u, const F& v, const F& z, const Mask<F>& needed) const {
@@ -201,34 +201,49 @@ struct FuseFineBrick {
   FusionNoise noise;
   std::int32_t frame;  ///< counted up
 
+  /// A brick's first word, and in the camera's frame its first voxel and the steps to the next along y and z.
+  struct Brick {
+    std::ptrdiff_t first_word;
+    Vec3<float> corner, along_y, along_z;
+  };
+  PL_HD Brick at(int brick) const {
+    const float size = volume.voxel_size;
+    const auto centre = [&](std::int32_t own, int first) {
+      return (static_cast<float>(kBrickSide * (own - first)) + 0.5f) * size;
+    };
+    return {SparseBricks::first_word(brick),
+            camera_from_window.apply(Vec3<float>{centre(volume.x[brick], window.x), centre(volume.y[brick], window.y),
+                                                 centre(volume.z[brick], window.z)}),
+            camera_from_window.rotate(Vec3<float>{0.0f, size, 0.0f}),
+            camera_from_window.rotate(Vec3<float>{0.0f, 0.0f, size})};
+  }
+
   /// `offset` is the first lane's voxel within the brick, a multiple of the lane's width.
   template <class F>
-  PL_HD Mask<F> is_near_surface(int brick, int offset) const {
+  PL_HD Mask<F> is_near_surface(const Brick& brick, int offset) const {
     return measure<F>(brick, offset).met;
   }
 
   /// Returns the lanes whose voxel lies behind a surface.
   template <class F>
-  PL_HD Mask<F> update(int brick, int offset) const {
+  PL_HD Mask<F> update(const Brick& brick, int offset) const {
     const Measured<F> m = measure<F>(brick, offset);
-    const std::ptrdiff_t at = SparseBricks::first_word(brick) + offset;
-    const F old = load<F>(volume.distances + at);
-    if (!any(m.met || m.through)) return old < F(0.0f);
-    const Int<F> word = load_int<F>(volume.evidence + at);
-    const Evidence<F> before = Evidence<F>::unpack(word);
     const F zero(0.0f), one(1.0f);
-    const F weight = select(m.met, m.weight, zero), sum = before.weight + weight;
-    const F fused = madd(before.weight, old, weight * m.distance) / select(sum > zero, sum, one);
-    const F distance = select(m.met, fused, old);
-    const Evidence<F> after = {sum, before.hits + select(m.met, one, zero),
-                               before.through + select(m.through, one, zero)};
-    store(volume.distances + at, distance);
-    store_int(volume.evidence + at, select_int(m.met || m.through, after.pack(), word));
-    if (volume.has_color() && !color.is_null()) {
-      const auto near = m.met && abs(m.distance) <= m.reach * kColorReach;
-      if (any(near)) update_color<F>(volume.colors + at, m, near, offset);
+    if (!any(m.met || m.through)) return zero > one;
+    const std::ptrdiff_t at = brick.first_word + offset;
+    const Int<F> word = load_int<F>(volume.evidence + at);
+    Evidence<F> e = Evidence<F>::unpack(word);
+    e.through = e.through + select(m.through, one, zero);
+    auto behind = zero > one;
+    if (any(m.met)) {
+      behind = update_distance<F>(volume.distances + at, m, &e);
+      if (volume.has_color() && !color.is_null()) {
+        const auto near = m.met && abs(m.distance) <= m.reach * kColorReach;
+        if (any(near)) update_color<F>(volume.colors + at, m, near, offset);
+      }
     }
-    return distance < zero;
+    store_int(volume.evidence + at, select_int(m.met || m.through, e.pack(), word));
+    return behind;
   }
 
  private:
@@ -239,39 +254,47 @@ struct FuseFineBrick {
 
   template <class F>
   struct Measured {
-    F distance, weight, reach, depth, slope;
+    F distance, reach, sigma, depth, slope;
     Int<F> pixel;
     Mask<F> met, through;
   };
 
   template <class F>
-  PL_HD Measured<F> measure(int brick, int offset) const {
+  PL_HD Measured<F> measure(const Brick& brick, int offset) const {
     const VoxelPosition p = position_in_brick(offset);
-    const float size = volume.voxel_size;
-    const auto centre = [&](std::int32_t own, int first, int within) {
-      return (static_cast<float>(kBrickSide * (own - first) + within) + 0.5f) * size;
-    };
-    const Vec3<float> first = {centre(volume.x[brick], window.x, p.x), centre(volume.y[brick], window.y, p.y),
-                               centre(volume.z[brick], window.z, p.z)};
-    const SeenVoxels<F> voxels(camera_from_window.apply(first), camera_from_window.rotate(voxel_lanes<F>() * size),
-                               camera, readings.stride);
+    const Vec3<float> first =
+        brick.corner + brick.along_y * static_cast<float>(p.y) + brick.along_z * static_cast<float>(p.z);
+    const SeenVoxels<F> voxels(first, camera_from_window.rotate(voxel_lanes<F>() * volume.voxel_size), camera,
+                               readings.stride);
     const SurfaceReading<F> reading =
         SurfaceReading<F>::unpack(gather_int(readings.data, voxels.pixel), metres_per_reading);
     const auto valid = voxels.seen && reading.depth > F(0.0f);
     Measured<F> m;
-    const F sigma = noise.sigma<F>(reading.depth);
-    m.reach = noise.reach<F>(sigma);
+    m.sigma = noise.sigma<F>(reading.depth);
+    m.reach = noise.reach<F>(m.sigma);
     m.distance = (reading.depth - voxels.z) * max(reading.slope, F(kMinSlope));
     m.met = valid && reading.slope > F(0.0f) && abs(m.distance) <= m.reach;
     m.through = valid && m.distance > m.reach;
-    // 1/σ² · cos of the incidence; less behind the surface, where another side may be seen from elsewhere.
-    const F relative = F(noise.best_sigma) / sigma;
-    const F behind = min(max(madd(m.distance / m.reach, F(1.0f - kBehind), F(1.0f)), F(kBehind)), F(1.0f));
-    m.weight = relative * relative * min(reading.slope, F(1.0f)) * behind;
     m.depth = reading.depth;
     m.slope = reading.slope;
     m.pixel = voxels.pixel;
     return m;
+  }
+
+  /// The weighted mean, with 1/σ² · cos of the incidence; less behind the surface, where another side may be seen from
+  /// elsewhere. Returns the lanes behind a surface.
+  template <class F>
+  PL_HD Mask<F> update_distance(float* address, const Measured<F>& m, Evidence<F>* e) const {
+    const F zero(0.0f), one(1.0f), old = load<F>(address);
+    const F relative = F(noise.best_sigma) / m.sigma;
+    const F behind = min(max(madd(m.distance / m.reach, F(1.0f - kBehind), one), F(kBehind)), one);
+    const F weight = select(m.met, relative * relative * min(m.slope, one) * behind, zero);
+    const F sum = e->weight + weight;
+    const F distance = select(m.met, old + (m.distance - old) * (weight / max(sum, F(1e-20f))), old);
+    store(address, distance);
+    e->weight = sum;
+    e->hits = e->hits + select(m.met, one, zero);
+    return distance < zero;
   }
 
   /// A weighted mean that prefers near views at right angles. Bytes would not move any more once they weigh much, so

@@ -198,6 +198,9 @@ struct Integrate {
   RigidTransform camera_from_volume;
   float max_weight;
 
+  /// What the two below take of a brick.
+  PL_HD int at(int brick) const { return brick; }
+
   /// `offset` is the first lane's voxel within the brick, a multiple of the lane's width.
   template <class F>
   PL_HD Mask<F> is_near_surface(int brick, int offset) const {

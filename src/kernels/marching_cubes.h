@@ -31,6 +31,8 @@ class MeshVoxels<BrickMap> {
 
   /// The brick's lowest voxel.
   PL_HD const VoxelPosition& origin() const { return around_.origin(); }
+  /// False where no cell of the brick can hold a surface, which is not looked for here.
+  PL_HD static bool has_surface() { return true; }
   PL_HD VoxelAddress find(const VoxelPosition& p) const { return around_.find(p); }
   /// False where there is no voxel, or one that was not seen often enough.
   PL_HD bool read(const VoxelPosition& p, float* distance) const {
@@ -141,7 +143,7 @@ struct CountBrickOf {
   PL_HD void operator()(int entry) const {
     const MeshCells<Map> cells(in, entry);
     int vertices = 0, triangles = 0;
-    for (int offset = 0; offset < kBrickVoxels; ++offset) {
+    for (int offset = 0; cells.voxels.has_surface() && offset < kBrickVoxels; ++offset) {
       const VoxelPosition p = position_in_brick(offset);
       const int flags = cells.crossed_edges(p);
       in.record(entry, offset) = static_cast<EdgeRecord>(vertices << kEdgeFlagBits | flags);
@@ -165,7 +167,7 @@ struct WriteBrickOf {
   PL_HD void operator()(int entry) const {
     const MeshCells<Map> cells(in, entry);
     int vertex = in.vertex_count[entry], triangle = in.triangle_count[entry];
-    for (int offset = 0; offset < kBrickVoxels; ++offset) {
+    for (int offset = 0; cells.voxels.has_surface() && offset < kBrickVoxels; ++offset) {
       const int flags = in.record(entry, offset) & kEdgeFlags;
       const VoxelPosition p = position_in_brick(offset);
       for (int axis = 0; axis < 3; ++axis) {

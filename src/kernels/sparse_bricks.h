@@ -95,14 +95,20 @@ class MeshVoxels<SparseBricks> {
       for (int y = kBegin; y < kEnd; ++y) {
         for (int x = kBegin; x < kEnd; ++x) {
           const VoxelAddress at = find({x, y, z});
-          distances_[next++] = at.brick < 0 ? kUnknownDistance
-                                            : map.distance_of(SparseBricks::first_word(at.brick) + at.offset, min_hits);
+          const float d = at.brick < 0 ? kUnknownDistance
+                                       : map.distance_of(SparseBricks::first_word(at.brick) + at.offset, min_hits);
+          distances_[next++] = d;
+          if (min_int(min_int(x, y), z) < 0 || max_int(max_int(x, y), z) > kBrickSide) continue;
+          has_behind_ = has_behind_ || d < 0;
+          has_before_ = has_before_ || (d >= 0 && d < kUnknownDistance);
         }
       }
     }
   }
 
   PL_HD const VoxelPosition& origin() const { return origin_; }
+  /// False where no cell of the brick can hold a surface.
+  PL_HD bool has_surface() const { return has_behind_ && has_before_; }
   PL_HD VoxelAddress find(const VoxelPosition& p) const {
     const VoxelPosition b = brick_of(p);
     return {bricks_[(b.z + 1) * 9 + (b.y + 1) * 3 + b.x + 1], offset_in_brick(p)};
@@ -151,6 +157,7 @@ class MeshVoxels<SparseBricks> {
 
   VoxelPosition origin_;
   float max_step_;
+  bool has_behind_ = false, has_before_ = false;
   std::int32_t bricks_[27];
   float distances_[kSide * kSide * kSide];
 };

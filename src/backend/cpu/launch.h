@@ -187,13 +187,14 @@ PL_HD void for_each_brick(const ThreadPool& threads, const Kernel& kernel, const
     const int end = (chunk + 1) * kBricksPerChunk < count ? (chunk + 1) * kBricksPerChunk : count;
     for (int i = chunk * kBricksPerChunk; i < end; ++i) {
       const int brick = list[i];
+      const auto at = own.at(brick);
       bool occupied = own.volume.state(brick) != 0;
       for (int offset = 0; !occupied && offset < kernels::kBrickVoxels; offset += kWidth)
-        occupied = kernels::any(own.template is_near_surface<F>(brick, offset));
+        occupied = kernels::any(own.template is_near_surface<F>(at, offset));
       if (!occupied) continue;
-      auto behind = own.template update<F>(brick, 0);
+      auto behind = own.template update<F>(at, 0);
       for (int offset = kWidth; offset < kernels::kBrickVoxels; offset += kWidth) {
-        const auto more = own.template update<F>(brick, offset);  // not in the next line: || may leave it out
+        const auto more = own.template update<F>(at, offset);  // not in the next line: || may leave it out
         behind = behind || more;
       }
       own.volume.state(brick) = kernels::any(behind) ? kernels::kBrickSolid : kernels::kBrickFree;
