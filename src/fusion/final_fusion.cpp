@@ -22,10 +22,10 @@ namespace {
 
 // A voxel finer than the noise and the pixels shows them, not the surface.
 constexpr double kFinest = 0.004, kCoarsest = 0.010, kStep = 0.0005;  // metres
-constexpr std::size_t kDetailFrames = 16;                             // that are looked at for it
-constexpr double kCoarser = 1.5;                                      // voxels' growth where memory does not suffice
-constexpr double kMinDetail = 0.0005, kMaxDetail = 1;                 // metres, that make sense
-constexpr std::size_t kUnknownMemory = std::size_t{1} << 30;          // taken where the system does not say
+constexpr std::size_t kSampledFrames = 16;
+constexpr double kCoarser = 1.5;                              // voxels' growth where memory does not suffice
+constexpr double kMinDetail = 0.0005, kMaxDetail = 1;         // metres, that make sense
+constexpr std::size_t kUnknownMemory = std::size_t{1} << 30;  // taken where the system does not say
 
 void check(const FusionOptions& options) {
   if (options.detail != 0 && !(options.detail >= kMinDetail && options.detail <= kMaxDetail))
@@ -43,27 +43,40 @@ std::optional<Frame> read_if_possible(const Sequence& sequence, int index) {
   }
 }
 
-/// Larger of a pixel's footprint and the noise, for some of a frame's readings.
-void add_resolutions(const Frame& frame, double focal_length, const PreprocessParameters& range,
-                     std::vector<double>* resolutions) {
-  constexpr std::size_t kEvery = 61;  // no divisor of a usual width
-  for (std::size_t i = 0; i < frame.depth.pixels.size(); i += kEvery) {
-    const double z = frame.depth.pixels[i] / frame.depth_scale;
-    if (z <= 0 || z < range.min_depth || z > range.max_depth) continue;
-    resolutions->push_back(std::max(z / focal_length, reading_sigma(z)));
-  }
-}
-
-/// The median over the recording, within limits. docs/method.md §10.
-double chosen_detail(const Sequence& sequence, const std::vector<FusionFrame>& frames, const FusionOptions& options) {
-  std::vector<double> resolutions;
-  const std::size_t step = (frames.size() + kDetailFrames - 1) / kDetailFrames;
+/// Depths of some readings in range over the whole recording, metres.
+std::vector<double> sampled_depths(const Sequence& sequence, const std::vector<FusionFrame>& frames,
+                                   const PreprocessParameters& range) {
+  constexpr std::size_t kEvery = 61;  // pixels: no divisor of a usual width
+  std::vector<double> depths;
+  const std::size_t step = (frames.size() + kSampledFrames - 1) / kSampledFrames;
   for (std::size_t i = 0; i < frames.size(); i += step) {
     const std::optional<Frame> frame = read_if_possible(sequence, frames[i].index);
-    if (frame) add_resolutions(*frame, std::abs(double{sequence.info().camera.fx}), options.preprocess, &resolutions);
+    for (std::size_t k = 0; frame && k < frame->depth.pixels.size(); k += kEvery) {
+      const double z = frame->depth.pixels[k] / frame->depth_scale;
+      if (z > 0 && z >= range.min_depth && z <= range.max_depth) depths.push_back(z);
+    }
   }
-  if (resolutions.empty()) return kFinest;
+  return depths;
+}
+
+/// The median of a pixel's footprint or the noise, whichever is larger, within limits. docs/method.md §10.
+double chosen_detail(const std::vector<double>& depths, double focal_length) {
+  std::vector<double> resolutions;
+  for (const double z : depths) resolutions.push_back(std::max(z / focal_length, reading_sigma(z)));
   return std::clamp(kStep * std::round(median(std::move(resolutions)) / kStep), kFinest, kCoarsest);
+}
+
+/// Where that is more than a few.
+void note_far_readings(const std::vector<double>& depths, FusionResult* result) {
+  constexpr double kFew = 0.05;
+  const double limit = FineMap::max_sigma(result->detail);
+  const auto far = std::count_if(depths.begin(), depths.end(), [&](double z) { return reading_sigma(z) > limit; });
+  const double share = static_cast<double>(far) / static_cast<double>(depths.size());
+  if (share < kFew) return;
+  result->notes.push_back(fmt::format(
+      "{:.0f} % of the readings are too far for voxels of {:.1f} mm, with a noise of more than {:.0f} mm: they make no "
+      "surface (a larger --detail reaches farther)",
+      100 * share, 1e3 * result->detail, 1e3 * limit));
 }
 
 enum class Pass { done, stopped, no_room };
@@ -144,7 +157,10 @@ std::optional<FusionResult> fuse_frames(const Sequence& sequence, const std::vec
   const std::shared_ptr<Backend> backend = make_backend(options.backend, options.threads);
   const bool color = options.color && sequence.info().color_frames > 0;
   const std::size_t memory = memory_limit(options), max_bricks = memory / FineMap::bytes_per_brick(color);
-  const double wanted = options.detail != 0 ? options.detail : chosen_detail(sequence, frames, options);
+  const std::vector<double> depths = sampled_depths(sequence, frames, options.preprocess);
+  if (depths.empty()) return std::nullopt;
+  const double wanted =
+      options.detail != 0 ? options.detail : chosen_detail(depths, std::abs(double{sequence.info().camera.fx}));
   FusionResult result;
   for (result.detail = detail_that_fits(wanted, options.expected_area, max_bricks);; result.detail *= kCoarser) {
     FineMap map(sequence.info().camera, {result.detail, max_bricks, color, options.preprocess}, *backend);
@@ -152,8 +168,9 @@ std::optional<FusionResult> fuse_frames(const Sequence& sequence, const std::vec
     if (pass == Pass::stopped) return std::nullopt;
     if (pass == Pass::no_room && result.detail * kCoarser <= kMaxDetail) continue;
     if (pass == Pass::no_room) throw std::bad_alloc();
-    note_coarser(wanted, result.detail, memory, &result);
     if (result.frames == 0) return std::nullopt;
+    note_coarser(wanted, result.detail, memory, &result);
+    note_far_readings(depths, &result);
     finish(map, options, &result);
     return result;
   }

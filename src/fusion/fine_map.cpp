@@ -22,6 +22,8 @@ constexpr float kMinCosine = 0.15f;      // of the incidence of readings that me
 constexpr double kBestDepth = 0.5;       // metres: a reading there weighs 1
 // Readings that may see through a voxel for each that met it, and the step from voxel to voxel, in voxels.
 constexpr float kMaxThrough = 1, kMaxStep = 3;
+// Voxels in the noise of a reading that may still meet a surface: beyond, a wall would be a cloud of fine bricks.
+constexpr double kMaxSigma = 10;
 // Images smaller than this are not halved for their normals.
 constexpr int kLargeImage = 400;
 // Room for lanes beyond the final brick.
@@ -34,6 +36,7 @@ kernels::FusionNoise noise_of(double voxel_size) {
   noise.model = kNoise;
   noise.truncation = static_cast<float>(std::max(kTruncation, kTruncationVoxels * voxel_size));
   noise.best_sigma = static_cast<float>(reading_sigma(kBestDepth));
+  noise.max_sigma = static_cast<float>(FineMap::max_sigma(voxel_size));
   return noise;
 }
 
@@ -76,6 +79,8 @@ double reading_sigma(double depth) {
   const double d = depth - double{kNoise.nearest};
   return double{kNoise.base} + double{kNoise.slope} * d * d;
 }
+
+double FineMap::max_sigma(double voxel_size) { return kMaxSigma * voxel_size; }
 
 std::size_t FineMap::bytes_per_brick(bool color) {
   constexpr std::size_t kEdges = sizeof(kernels::EdgeRecord), kTable = 4 * sizeof(std::int32_t), kPerBrick = 64;

@@ -33,6 +33,8 @@ double reading_sigma(double depth);
 /// Not thread-safe.
 class FineMap {
  public:
+  /// Metres of noise beyond which a reading only tells that space is free.
+  static double max_sigma(double voxel_size);
   /// Bytes of memory for a brick, with what its mesh needs while it is extracted.
   static std::size_t bytes_per_brick(bool color);
   /// Of a surface of so many square metres.

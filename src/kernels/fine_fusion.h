@@ -31,6 +31,7 @@ struct FusionNoise {
   float truncation;  ///< metres, at least
   float sigmas = 3;  ///< and so many standard deviations
   float best_sigma;  ///< metres: a reading with it weighs 1
+  float max_sigma;   ///< metres: noisier readings only tell that space is free
 
   template <class F>
   PL_HD F sigma(const F& z) const {
@@ -60,7 +61,7 @@ struct WeighReadings {
     const F z = load<F>(depth.row(y) + x), zero(0.0f);
     const auto inside = inside_row<F>(x, depth.width) && z > zero;
     if (!any(inside)) return store_int(out.row(y) + x, Int<F>(0));
-    const F gap = max(noise.sigma<F>(z) * kRimSigmas, z * kRimShare);
+    const F sigma = noise.sigma<F>(z), gap = max(sigma * kRimSigmas, z * kRimShare);
     const auto clean = inside && z - nearest_around<F>(x, y, z) <= gap;
 
     const F u = Lane<F>::index() + static_cast<float>(x);
@@ -68,8 +69,8 @@ struct WeighReadings {
     const Vec3<F> n = normal<F>(u, y, inside);
     const F slope = abs(dot(n, ray));
     const auto known = clean && slope > zero;
-    const auto steep = slope * slope < dot(ray, ray) * (min_cosine * min_cosine);
-    const Int<F> upper = (bits_from_float(select(steep, zero, slope)) + Int<F>(0x8000)) & Int<F>(~0xFFFF);
+    const auto vague = slope * slope < dot(ray, ray) * (min_cosine * min_cosine) || sigma > F(noise.max_sigma);
+    const Int<F> upper = (bits_from_float(select(vague, zero, slope)) + Int<F>(0x8000)) & Int<F>(~0xFFFF);
     const Int<F> word = upper | to_int(load_u16<F>(raw.row(y) + x));
     store_int(out.row(y) + x, select_int(known, word, Int<F>(0)));
   }
