@@ -202,10 +202,10 @@ struct FuseFineBrick {
   FusionNoise noise;
   std::int32_t frame;  ///< counted up
 
-  /// A brick's first word, and in the camera's frame its first voxel and the steps to the next along y and z.
+  /// A brick's first word, and in the camera's frame its first voxel and the steps to the next.
   struct Brick {
     std::ptrdiff_t first_word;
-    Vec3<float> corner, along_y, along_z;
+    Vec3<float> corner, along_x, along_y, along_z;
   };
   PL_HD Brick at(int brick) const {
     const float size = volume.voxel_size;
@@ -215,6 +215,7 @@ struct FuseFineBrick {
     return {SparseBricks::first_word(brick),
             camera_from_window.apply(Vec3<float>{centre(volume.x[brick], window.x), centre(volume.y[brick], window.y),
                                                  centre(volume.z[brick], window.z)}),
+            camera_from_window.rotate(Vec3<float>{size, 0.0f, 0.0f}),
             camera_from_window.rotate(Vec3<float>{0.0f, size, 0.0f}),
             camera_from_window.rotate(Vec3<float>{0.0f, 0.0f, size})};
   }
@@ -263,8 +264,8 @@ struct FuseFineBrick {
   template <class F>
   PL_HD Measured<F> measure(const Brick& brick, int offset) const {
     const VoxelPosition p = position_in_brick(offset);
-    const Vec3<float> first =
-        brick.corner + brick.along_y * static_cast<float>(p.y) + brick.along_z * static_cast<float>(p.z);
+    const Vec3<float> first = brick.corner + brick.along_x * static_cast<float>(p.x) +
+                              brick.along_y * static_cast<float>(p.y) + brick.along_z * static_cast<float>(p.z);
     const SeenVoxels<F> voxels(first, camera_from_window.rotate(voxel_lanes<F>() * volume.voxel_size), camera,
                                readings.stride);
     const SurfaceReading<F> reading =

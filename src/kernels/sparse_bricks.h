@@ -76,10 +76,12 @@ class SparseBricks {
   /// −1 where there is none.
   PL_HD std::int32_t find_brick(const VoxelPosition& p) const { return table[entry_of(p)] - 1; }
 
-  /// kUnknownDistance of a voxel that too few readings met, or that too many saw through.
+  /// kUnknownDistance of a voxel that too few readings met. One that more of them saw through is free: it counts as a
+  /// voxel's side before a surface, so that a silhouette closes where nothing was measured beside it.
   PL_HD float distance_of(std::ptrdiff_t word, float min_hits) const {
     const Evidence<float> e = Evidence<float>::unpack(evidence[word]);
-    return e.hits >= min_hits && e.through <= max_through * e.hits ? distances[word] : kUnknownDistance;
+    if (e.through > max_through * e.hits) return e.through >= min_hits ? voxel_size : kUnknownDistance;
+    return e.hits >= min_hits ? distances[word] : kUnknownDistance;
   }
 };
 
