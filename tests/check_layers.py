@@ -23,6 +23,7 @@ LIBRARY = {
     "map": {"core", "kernels", "backend"},
     "tracking": {"core", "kernels", "backend"},
     "place": {"core", "kernels", "backend", "tracking"},
+    "fusion": {"core", "kernels", "io", "backend", "map", "tracking"},
     "pipeline": {"core", "kernels", "sensor", "backend", "map", "tracking", "place"},
     "calibration": {"core", "kernels", "io", "sensor", "backend", "tracking", "pipeline"},
 }

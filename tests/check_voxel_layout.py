@@ -9,7 +9,7 @@ import pathlib
 import re
 import sys
 
-FOLDERS = ["kernels", "map", "backend", "tracking", "pipeline"]
+FOLDERS = ["kernels", "map", "backend", "tracking", "fusion", "pipeline"]
 OWNER = pathlib.PurePath("kernels/brick_map.h")
 # Eight voxels a side are three bits of a position, and 512 a brick nine.
 ARITHMETIC = re.compile(

@@ -27,6 +27,8 @@ struct Registration;
 struct RegistrationState;
 }  // namespace kernels
 
+class FineFusionStages;
+
 /// What one pass of registration sums up.
 struct IcpSums {
   double slots[kernels::icp_sum::kCount] = {};
@@ -119,6 +121,9 @@ class Backend : public DeviceMemory {
   /// Exclusive prefix sum in place; returns the total. Throws Error above 2³¹ − 1.
   virtual std::int64_t scan(std::int32_t* values, int count) const = 0;
   virtual void run(const kernels::WriteBrick& kernel, int entries) const = 0;
+
+  /// The stages of the final fusion; null where the backend has none.
+  virtual const FineFusionStages* fine_fusion() const { return nullptr; }
 
   // For measurements.
   /// Until all that was asked for is done.

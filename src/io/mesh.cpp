@@ -18,8 +18,22 @@ std::string lower_extension(const std::string& path) {
   return extension;
 }
 
-[[noreturn]] void fail_unknown(const std::string& path) {
-  throw Error("the mesh format is not known by the file's ending", path, "use a name that ends in .ply or .obj");
+struct Writer {
+  const char* extension;
+  void (*write)(const std::string& path, const Mesh& mesh);
+};
+constexpr Writer kWriters[] = {{".ply", write_ply}, {".obj", write_obj}, {".stl", write_stl}, {".glb", write_glb}};
+
+[[noreturn]] void fail_unknown(const std::string& path, const char* known) {
+  throw Error("the mesh format is not known by the file's ending", path,
+              std::string("use a name that ends in ") + known);
+}
+
+const Writer& writer_of(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  for (const Writer& writer : kWriters)
+    if (extension == writer.extension) return writer;
+  fail_unknown(path, ".ply, .obj, .stl or .glb");
 }
 
 }  // namespace
@@ -38,18 +52,15 @@ void check_mesh(const Mesh& mesh, const std::string& path) {
       throw Error("a triangle names a vertex that the mesh does not have", path, "check the mesh's indices");
 }
 
-void write_mesh(const std::string& path, const Mesh& mesh) {
-  const std::string extension = lower_extension(path);
-  if (extension == ".ply") return write_ply(path, mesh);
-  if (extension == ".obj") return write_obj(path, mesh);
-  fail_unknown(path);
-}
+void check_mesh_format(const std::string& path) { writer_of(path); }
+
+void write_mesh(const std::string& path, const Mesh& mesh) { writer_of(path).write(path, mesh); }
 
 Mesh read_mesh(const std::string& path) {
   const std::string extension = lower_extension(path);
   if (extension == ".ply") return read_ply(path);
   if (extension == ".obj") return read_obj(path);
-  fail_unknown(path);
+  fail_unknown(path, ".ply or .obj");
 }
 
 }  // namespace plumbline

@@ -27,6 +27,17 @@ struct VoxelAddress {
 
 /// The position in its brick of the voxel at an offset.
 PL_HD VoxelPosition position_in_brick(int offset) { return {offset & 7, offset >> 3 & 7, offset >> 6}; }
+/// The offset in its brick of the voxel at a position.
+PL_HD int offset_in_brick(const VoxelPosition& p) { return (p.x & 7) | (p.y & 7) << 3 | (p.z & 7) << 6; }
+/// The brick that the voxel at a position lies in, counted in bricks; positions may be negative.
+PL_HD VoxelPosition brick_of(const VoxelPosition& p) { return {p.x >> 3, p.y >> 3, p.z >> 3}; }
+/// What the voxels of a lane's worth of offsets are off from the first one's centre, counted in voxels: along x, and
+/// beyond eight lanes in the next row. The first offset must be a multiple of the lane's width.
+template <class F>
+PL_HD Vec3<F> voxel_lanes() {
+  const Int<F> lane = Lane<F>::int_index();
+  return {to_float(lane & Int<F>(7)), to_float(shift_right<3>(lane)), F(0.0f)};
+}
 
 template <class F>
 class BrickLanes;
@@ -99,17 +110,16 @@ class BrickMap {
             (static_cast<float>(first.y + p.y) + 0.5f) * voxel_size,
             (static_cast<float>(first.z + p.z) + 0.5f) * voxel_size};
   }
-  /// What the voxels of a lane's worth of offsets are off from the first one's centre, metres: along x, and beyond
-  /// eight lanes in the next row. The first offset must be a multiple of the lane's width.
+  /// `voxel_lanes` in metres.
   template <class F>
   PL_HD Vec3<F> lane_offsets() const {
-    const Int<F> lane = Lane<F>::int_index();
-    return {to_float(lane & Int<F>(7)) * voxel_size, to_float(shift_right<3>(lane)) * voxel_size, F(0.0f)};
+    return voxel_lanes<F>() * voxel_size;
   }
 
   // One voxel.
   PL_HD VoxelAddress find(const VoxelPosition& p) const {
-    return {brick_index<std::int32_t>(p.x >> 3, p.y >> 3, p.z >> 3), (p.x & 7) | (p.y & 7) << 3 | (p.z & 7) << 6};
+    const VoxelPosition b = brick_of(p);
+    return {brick_index<std::int32_t>(b.x, b.y, b.z), offset_in_brick(p)};
   }
   PL_HD std::int32_t& voxel(const VoxelAddress& at) const { return voxels_of(at.brick)[at.offset]; }
   PL_HD std::int32_t& color(const VoxelAddress& at) const { return colors_of(at.brick)[at.offset]; }
@@ -243,8 +253,8 @@ class BrickNeighbours {
   /// The voxel at a position in the brick or one beyond it, 0…8 on each axis.
   PL_HD VoxelAddress find(const VoxelPosition& p) const {
     if (origin_.x + p.x >= end_ || origin_.y + p.y >= end_ || origin_.z + p.z >= end_) return {-1, 0};
-    return {brick_ + map_.brick_index<std::int32_t>(p.x >> 3, p.y >> 3, p.z >> 3),
-            (p.x & 7) | (p.y & 7) << 3 | (p.z & 7) << 6};
+    const VoxelPosition b = brick_of(p);
+    return {brick_ + map_.brick_index<std::int32_t>(b.x, b.y, b.z), offset_in_brick(p)};
   }
 
  private:

@@ -13,6 +13,8 @@ namespace plumbline::kernels {
 constexpr int kRangeTile = 8;  ///< pixels per side of a tile of the finest depth range
 constexpr int kMaxRangeLevels = 14;
 constexpr float kNoRange = 1e30f;
+/// Of the sphere around a brick, in sides of it: √3/2.
+constexpr float kBrickRadius = 0.8661f;
 
 /// Nearest and farthest reading of every square tile, at tile sizes 8, 16, 32 … px until one tile is the image: what a
 /// brick's footprint needs to be judged by four look-ups.
@@ -72,21 +74,18 @@ struct DepthRangeCoarser {
   }
 };
 
-/// Marks the bricks that the frame may change: in view, not wholly behind every reading, and near some reading – or
-/// has held one already, so that free space seen now can carve what was there. Lanes run along x over bricks.
-struct MarkBricks {
-  BrickMap volume;
+/// What a frame sees of bricks, by spheres around them: in view, not wholly behind every reading, near some reading.
+struct BrickSight {
   DepthRangeView range;
   Pinhole camera;
-  RigidTransform camera_from_volume;
-  std::int32_t* marked;  ///< 1 or 0 per brick, `state_words()` of them
+  float radius;      ///< of the spheres, metres
+  float truncation;  ///< metres
 
+  /// Of the `valid` lanes those whose sphere is in view and not wholly behind every reading; `near_surface`: those near
+  /// some reading. Centres in the camera's frame.
   template <class F>
-  PL_HD void operator()(int x, int row) const {
-    const BrickLanes<F> bricks = volume.bricks_at<F>(x, row);
-    const float radius = 0.8661f * volume.brick_size();  // of the circumscribed sphere, √3/2
-    const Vec3<F> centre = camera_from_volume.apply(bricks.centres());
-    auto candidate = bricks.exist() && centre.z > F(-radius);
+  PL_HD Mask<F> sees(const Vec3<F>& centre, const Mask<F>& valid, Mask<F>* near_surface) const {
+    auto candidate = valid && centre.z > F(-radius);
 
     // Bounds of the sphere's projection: extremes of (x ± r)/(z ± r). A sphere around the camera may be anywhere.
     const auto beyond = centre.z > F(1.05f * radius);
@@ -101,15 +100,13 @@ struct MarkBricks {
     u1 = select(beyond, min(u1, F(width - 1.0f)), F(width - 1.0f));
     v1 = select(beyond, min(v1, F(height - 1.0f)), F(height - 1.0f));
     candidate = candidate && u0 <= u1 && v0 <= v1;
-
-    if (!any(candidate)) return bricks.store(marked, Int<F>(0));
+    *near_surface = candidate;
+    if (!any(candidate)) return candidate;
 
     F nearest(kNoRange), farthest(0.0f);
     footprint<F>(candidate, u0, u1, v0, v1, &nearest, &farthest);
-    const auto seen = candidate && farthest > F(0.0f) && centre.z - radius <= farthest + volume.truncation;
-    const auto near_surface = centre.z + radius >= nearest - volume.truncation;
-    const auto has_data = to_float(bricks.states()) > F(0.5f);
-    bricks.store(marked, to_int(select(seen && (near_surface || has_data), F(1.0f), F(0.0f))));
+    *near_surface = centre.z + radius >= nearest - truncation;
+    return candidate && farthest > F(0.0f) && centre.z - radius <= farthest + truncation;
   }
 
  private:
@@ -147,6 +144,49 @@ struct MarkBricks {
   }
 };
 
+/// Marks the bricks that the frame may change: in view, not wholly behind every reading, and near some reading – or
+/// has held one already, so that free space seen now can carve what was there. Lanes run along x over bricks.
+struct MarkBricks {
+  BrickMap volume;
+  DepthRangeView range;
+  Pinhole camera;
+  RigidTransform camera_from_volume;
+  std::int32_t* marked;  ///< 1 or 0 per brick, `state_words()` of them
+
+  template <class F>
+  PL_HD void operator()(int x, int row) const {
+    const BrickLanes<F> bricks = volume.bricks_at<F>(x, row);
+    const BrickSight sight{range, camera, kBrickRadius * volume.brick_size(), volume.truncation};
+    Mask<F> near_surface;
+    const auto seen = sight.sees<F>(camera_from_volume.apply(bricks.centres()), bricks.exist(), &near_surface);
+    if (!any(seen)) return bricks.store(marked, Int<F>(0));
+    const auto has_data = to_float(bricks.states()) > F(0.5f);
+    bricks.store(marked, to_int(select(seen && (near_surface || has_data), F(1.0f), F(0.0f))));
+  }
+};
+
+/// Voxels of a brick as a camera sees them, a lane each.
+template <class F>
+struct SeenVoxels {
+  F z;           ///< metres along the optical axis
+  Mask<F> seen;  ///< lanes that project into the image
+  Int<F> pixel;  ///< index from the image's first pixel on; 0 of the other lanes
+
+  /// `first`: the first lane's voxel in the camera's frame; `off`: what the lanes are off from it, camera's axes.
+  PL_HD SeenVoxels(const Vec3<float>& first, const Vec3<F>& off, const Pinhole& camera, int stride) {
+    const Vec3<F> p = {off.x + first.x, off.y + first.y, off.z + first.z};
+    const auto in_front = p.z > F(1e-3f);
+    const F inverse_z = F(1.0f) / select(in_front, p.z, F(1.0f));
+    const F u = madd(p.x * inverse_z, F(camera.fx), F(camera.cx + 0.5f));
+    const F v = madd(p.y * inverse_z, F(camera.fy), F(camera.cy + 0.5f));
+    seen = in_front && u >= F(0.0f) && v >= F(0.0f) && u < F(static_cast<float>(camera.width)) &&
+           v < F(static_cast<float>(camera.height));
+    const F zero(0.0f);
+    pixel = to_int(select(seen, v, zero)) * Int<F>(stride) + to_int(select(seen, u, zero));
+    z = p.z;
+  }
+};
+
 /// Running average of the projective signed distance (Newcombe et al. 2011, eq. 11–13) and of colour. The launcher
 /// runs `is_near_surface` over a brick that has held no surface yet, and `update` over bricks that hold one or
 /// just got one: free space alone leaves no trace, so that rays can skip it.
@@ -157,6 +197,9 @@ struct Integrate {
   Pinhole camera;
   RigidTransform camera_from_volume;
   float max_weight;
+
+  /// What the two below take of a brick.
+  PL_HD int at(int brick) const { return brick; }
 
   /// `offset` is the first lane's voxel within the brick, a multiple of the lane's width.
   template <class F>
@@ -199,20 +242,12 @@ struct Integrate {
   /// Signed distance of each voxel from the reading at its pixel, metres, positive in front of the surface.
   template <class F>
   PL_HD Mask<F> measure(int brick, int offset, F* distance, Int<F>* pixel) const {
-    const Vec3<float> first = camera_from_volume.apply(volume.centre_of(brick, offset));
-    const Vec3<F> off = camera_from_volume.rotate(volume.lane_offsets<F>());
-    const Vec3<F> p = {off.x + first.x, off.y + first.y, off.z + first.z};
-    const auto in_front = p.z > F(1e-3f);
-    const F inverse_z = F(1.0f) / select(in_front, p.z, F(1.0f));
-    const F u = madd(p.x * inverse_z, F(camera.fx), F(camera.cx + 0.5f));
-    const F v = madd(p.y * inverse_z, F(camera.fy), F(camera.cy + 0.5f));
-    const auto in_view = in_front && u >= F(0.0f) && v >= F(0.0f) && u < F(static_cast<float>(camera.width)) &&
-                         v < F(static_cast<float>(camera.height));
-    const F zero(0.0f);
-    *pixel = to_int(select(in_view, v, zero)) * Int<F>(depth.stride) + to_int(select(in_view, u, zero));
+    const SeenVoxels<F> voxels(camera_from_volume.apply(volume.centre_of(brick, offset)),
+                               camera_from_volume.rotate(volume.lane_offsets<F>()), camera, depth.stride);
+    *pixel = voxels.pixel;
     const F reading = gather(depth.data, *pixel);
-    *distance = reading - p.z;
-    return in_view && reading > zero;
+    *distance = reading - voxels.z;
+    return voxels.seen && reading > F(0.0f);
   }
 
   template <class F>

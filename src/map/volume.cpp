@@ -71,7 +71,7 @@ VolumePlacementResult place_volume(const VolumeParameters& parameters, const Pin
 }
 
 Volume::Volume(const VolumeParameters& parameters, const Pinhole& camera, const Backend& backend, bool with_color)
-    : backend_(&backend), parameters_(parameters) {
+    : backend_(&backend), parameters_(parameters), ranges_(camera, backend) {
   view_ = kernels::BrickMap(parameters.resolution);
   view_.truncation = static_cast<float>(parameters.truncation);
   const std::size_t voxels = view_.voxel_words();
@@ -83,7 +83,6 @@ Volume::Volume(const VolumeParameters& parameters, const Pinhole& camera, const 
   list_ = DeviceArray<std::int32_t>(backend, static_cast<std::size_t>(view_.slots()));
   listed_ = DeviceArray<std::int32_t>(backend, 1);
   view_.keep_in(voxels_.data(), colors_.data(), states_.data());
-  make_depth_range(camera);
   place({SE3(), parameters.side});
 }
 
@@ -99,48 +98,13 @@ void Volume::place(const VolumePlacementResult& placement) {
   listed_.clear(*backend_);
 }
 
-void Volume::make_depth_range(const Pinhole& camera) {
-  int columns = (camera.width + kernels::kRangeTile - 1) / kernels::kRangeTile;
-  int rows = (camera.height + kernels::kRangeTile - 1) / kernels::kRangeTile;
-  int total = 0;
-  for (;;) {
-    const RangeLevel level{total, columns, rows, round_up(columns, 16)};
-    range_levels_.push_back(level);
-    total += level.stride * rows;
-    if (columns == 1 && rows == 1) break;
-    columns = (columns + 1) / 2;
-    rows = (rows + 1) / 2;
-  }
-  range_nearest_ = DeviceArray<float>(*backend_, static_cast<std::size_t>(total));
-  range_farthest_ = DeviceArray<float>(*backend_, static_cast<std::size_t>(total));
-  std::vector<std::int32_t> first, stride;
-  for (const RangeLevel& level : range_levels_) {
-    first.push_back(level.first);
-    stride.push_back(level.stride);
-  }
-  range_first_ = DeviceArray<std::int32_t>(*backend_, first);
-  range_stride_ = DeviceArray<std::int32_t>(*backend_, stride);
-  range_ = {range_nearest_.data(), range_farthest_.data(), range_first_.data(), range_stride_.data(),
-            static_cast<int>(range_levels_.size())};
-}
-
 int Volume::bricks_updated() const { return listed_.download(*backend_).front(); }
-
-void Volume::measure_depth_range(const Plane<float>& depth) const {
-  const RangeLevel& base = range_levels_.front();
-  backend_->run(kernels::DepthRangeBase{read_only(depth), range_, base.stride}, base.rows);
-  for (std::size_t i = 1; i < range_levels_.size(); ++i) {
-    const RangeLevel &fine = range_levels_[i - 1], &level = range_levels_[i];
-    backend_->run(kernels::DepthRangeCoarser{range_, fine.first, fine.stride, fine.rows, level.first, level.stride},
-                  level.stride, level.rows);
-  }
-}
 
 void Volume::integrate(const Plane<float>& depth, const Plane<std::int32_t>* color, const Pinhole& camera,
                        const SE3& world_from_camera) {
   const RigidTransform camera_from_volume = to_kernel(world_from_camera.inverse() * world_from_volume_);
-  measure_depth_range(depth);
-  backend_->run(kernels::MarkBricks{view_, range_, camera, camera_from_volume, marked_.data()});
+  ranges_.measure(depth);
+  backend_->run(kernels::MarkBricks{view_, ranges_.view(), camera, camera_from_volume, marked_.data()});
   const PlaneView<const std::int32_t> colors = color != nullptr ? read_only(*color) : PlaneView<const std::int32_t>{};
   const kernels::Integrate kernel{view_,  read_only(depth),   colors,
                                   camera, camera_from_volume, static_cast<float>(parameters_.max_weight)};

@@ -4,6 +4,7 @@
 #include "backend/maps.h"
 #include "core/device_array.h"
 #include "kernels/brick_map.h"
+#include "map/depth_ranges.h"
 #include "plumbline/image.h"
 #include "plumbline/mesh.h"
 #include "plumbline/parameters.h"
@@ -62,24 +63,15 @@ class Volume {
   const kernels::BrickMap& view() const { return view_; }
 
  private:
-  void make_depth_range(const Pinhole& camera);
   kernels::RaySpanView span_rays(const SE3& world_from_camera, const Pinhole& camera, float min_distance) const;
-  void measure_depth_range(const Plane<float>& depth) const;
-
-  struct RangeLevel {
-    int first, columns, rows, stride;
-  };
 
   const Backend* backend_;
   VolumeParameters parameters_;
+  DepthRanges ranges_;
   SE3 world_from_volume_;
   kernels::BrickMap view_;
   DeviceArray<std::int32_t> voxels_, colors_, states_, marked_, list_, listed_;
   mutable DeviceArray<float> spans_;  ///< of the previous prediction's rays; scratch
-  DeviceArray<float> range_nearest_, range_farthest_;
-  DeviceArray<std::int32_t> range_first_, range_stride_;
-  kernels::DepthRangeView range_;
-  std::vector<RangeLevel> range_levels_;
   int frames_ = 0;
 };
 

@@ -75,5 +75,50 @@ TEST(MeshAssimp, ReadsOurObj) {
     }
 }
 
+/// glTF's colours are linear; assimp hands them out as they are.
+Mesh with_linear_colors(Mesh mesh) {
+  const auto linear = [](std::uint8_t c) {
+    const double x = c / 255.0;
+    return static_cast<std::uint8_t>(
+        std::lround(255 * (x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4))));
+  };
+  for (Mesh::Rgb& c : mesh.colors) c = {linear(c.r), linear(c.g), linear(c.b)};
+  return mesh;
+}
+
+TEST(MeshAssimp, ReadsOurGlb) {
+  const test::TempFolder folder;
+  for (const bool normals : {false, true})
+    for (const bool colors : {false, true}) {
+      const Mesh mesh = test::make_strip(40, normals, colors);
+      write_mesh(folder / "m.glb", mesh);
+      test::expect_equal(read_with_assimp(folder / "m.glb"), with_linear_colors(mesh));
+    }
+}
+
+TEST(MeshAssimp, GlbStandsUpright) {
+  const test::TempFolder folder;
+  write_mesh(folder / "m.glb", test::make_strip(5, true, true));
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(folder / "m.glb", 0);
+  ASSERT_NE(scene, nullptr);
+  const aiNode& root = *scene->mRootNode;
+  const aiMatrix4x4 turn =
+      root.mNumMeshes > 0 ? root.mTransformation : root.mTransformation * root.mChildren[0]->mTransformation;
+  const aiVector3D down = turn * aiVector3D(0, 1, 0), ahead = turn * aiVector3D(0, 0, 1);
+  EXPECT_NEAR(down.y, -1, 1e-6);
+  EXPECT_NEAR(ahead.z, -1, 1e-6);
+}
+
+TEST(MeshAssimp, ReadsOurStl) {
+  const test::TempFolder folder;
+  const Mesh mesh = test::make_strip(40, false, false);
+  write_mesh(folder / "m.stl", mesh);
+  Mesh read = read_with_assimp(folder / "m.stl");
+  EXPECT_FALSE(read.normals.empty());
+  read.normals.clear();
+  test::expect_equal(unshared(read), unshared(mesh));
+}
+
 }  // namespace
 }  // namespace plumbline

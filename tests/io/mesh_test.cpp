@@ -111,7 +111,8 @@ TEST(Mesh, RefusesToWriteWhatDoesNotFitTogether) {
   mesh = make_strip(5, true, true);
   mesh.triangles.push_back({0, 1, 10});
   EXPECT_THAT(error_of([&] { write_mesh(folder / "m.ply", mesh); }), HasSubstr("a vertex that the mesh does not have"));
-  EXPECT_THAT(error_of([&] { write_mesh(folder / "m.stl", mesh); }), HasSubstr(".ply or .obj"));
+  EXPECT_THAT(error_of([&] { write_mesh(folder / "m.xyz", mesh); }), HasSubstr(".ply, .obj, .stl or .glb"));
+  EXPECT_THAT(error_of([&] { write_mesh(folder / "m.glb", Mesh()); }), HasSubstr("no triangles"));
   EXPECT_THAT(error_of([&] { read_mesh(folder / "m"); }), HasSubstr(".ply or .obj"));
   EXPECT_EQ(read_text(folder / "m.ply"), old);
 }

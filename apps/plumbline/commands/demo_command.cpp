@@ -73,6 +73,7 @@ ReconstructionOptions demo_options(const DemoArguments& arguments, const SE3& in
   options.parameters.volume.offset = 0.0;
   options.parameters.volume.truncation = 0.04;
   options.threads = arguments.threads;
+  options.final_fusion = true;
   options.initial_pose = initial_pose;  // so that the mesh lies in the scene's own frame
   options.report = false;               // the demo has its own
   options.command_line = arguments.command_line;

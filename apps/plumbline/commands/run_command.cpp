@@ -12,6 +12,7 @@
 #include "cli/orientation_arguments.h"
 #include "cli/parameter_arguments.h"
 #include "cli/sequence_arguments.h"
+#include "commands/fusion_arguments.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
@@ -34,6 +35,7 @@ struct RunArguments {
   int threads = 0, max_frames = 0, stride = 1;
   std::vector<std::string> left_out;
   std::vector<int> pixel_use_frames, icp_frames;
+  FusionArguments fusion;
   bool realtime = false, no_mesh = false, no_report = false, quiet = false, print_config = false;
   std::string command_line;
 };
@@ -61,6 +63,7 @@ ReconstructionOptions reconstruction_options(const RunArguments& arguments) {
   if (!arguments.initial_pose.empty()) options.initial_pose = parse_pose(arguments.initial_pose, "--initial-pose");
   options.groundtruth = arguments.groundtruth;
   options.mesh = !arguments.no_mesh;
+  set_up_fusion(arguments.fusion, arguments.parameters.preset, &options);
   options.report = !arguments.no_report;
   options.write_report = report_writer();
   options.pixel_use_frames = arguments.pixel_use_frames;
@@ -187,6 +190,7 @@ void add_options(CLI::App& command, RunArguments& arguments) {
       ->check(CLI::NonNegativeNumber)
       ->allow_extra_args(false)
       ->type_name("FRAME");
+  add_fusion_arguments(command, arguments.fusion);
   command.add_flag("--no-mesh", arguments.no_mesh, "Do not extract and write the mesh");
   command.add_flag("--no-report", arguments.no_report, "Do not write report.html");
   command.add_flag("--quiet", arguments.quiet, "Print nothing but errors");

@@ -53,6 +53,8 @@ class FrameSource {
   /// How the sensor's readings are taken; none without a sensor.
   virtual std::optional<OrientationStreamOptions> orientation() const = 0;
   virtual std::optional<LiveCounts> live() const { return std::nullopt; }
+  /// What the frames are read from, as the run sees it, if they can be read again; else null.
+  virtual const Sequence* recording() const { return nullptr; }
   /// Why frames could not be read and were skipped, a sentence each.
   virtual std::vector<std::string> skipped() const { return {}; }
   /// What happened since the previous call, a sentence each.
@@ -71,6 +73,7 @@ class FileSource : public FrameSource {
   bool has_color() const override { return sequence_->info().color_frames > 0; }
   int total() const override { return total_; }
   std::optional<Frame> next(const std::function<bool()>& stopping) override;
+  const Sequence* recording() const override { return sequence_.get(); }
   ReadTimes read_times() const override { return {reader_.wait_milliseconds(), reader_.decode_milliseconds()}; }
   std::optional<OrientationReading> reading() const override { return reading_; }
   std::optional<OrientationStreamOptions> orientation() const override;

@@ -109,11 +109,11 @@ std::string message_of(const std::exception_ptr& failure) {
 }
 
 /// After a failure that is the error to tell.
-void finish(const ReconstructionOptions& options, const OpenRun& open, const std::exception_ptr& failure, FrameLog* log,
-            Reconstruction* run) {
+void finish(const ReconstructionOptions& options, const OpenRun& open, const InterruptGuard& interrupt,
+            const std::exception_ptr& failure, FrameLog* log, Reconstruction* run) {
   try {
     run->failure = message_of(failure);
-    write_outputs(options, *open.pipeline, log, run);
+    write_outputs(options, open, interrupt, log, run);
   } catch (...) {
     if (!failure) throw;
   }
@@ -133,7 +133,7 @@ Reconstruction reconstruct(const ReconstructionOptions& options) {
     if (failure) std::rethrow_exception(failure);
     throw_nothing_tracked(options, run, log);
   }
-  finish(options, open, failure, &log, &run);
+  finish(options, open, interrupt, failure, &log, &run);
   return run;
 }
 

@@ -10,6 +10,7 @@
 #include "plumbline/calibration.h"
 #include "plumbline/consistency.h"
 #include "plumbline/evaluation.h"
+#include "plumbline/fusion.h"
 #include "plumbline/mesh.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pipeline.h"
@@ -40,7 +41,10 @@ struct ReconstructionOptions {
   SE3 initial_pose;         ///< world_from_camera of the first frame
   std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
   bool mesh = true;
-  bool report = true;                                                                    ///< write report.html, by
+  std::vector<std::string> mesh_files;  ///< besides mesh.ply, in `output`; the ending says the format
+  bool final_fusion = false;  ///< the mesh is fused again along the final path, where the frames can be read again
+  FusionOptions fusion;       ///< of it; range of depth, threads and what is told are filled in
+  bool report = true;         ///< write report.html, by
   std::function<void(const std::string& path, const Reconstruction& run)> write_report;  ///< none: it cannot
   std::optional<OrientationStream> orientation;
   OrientationSensor sensor;                    ///< of `orientation`, or of the live source
@@ -60,14 +64,17 @@ struct Reconstruction {
   Parameters parameters;
   std::string backend;  ///< in words
   std::string command_line;
-  std::vector<FrameReport> frames;              ///< every frame that was processed
-  std::vector<ReadTimes> reads;                 ///< one a frame
-  Trajectory trajectory;                        ///< of the tracked frames, and of provisional ones since confirmed
-  Mesh mesh;                                    ///< empty if none was asked for
-  ModelConsistency consistency;                 ///< of the views with the final model
-  SE3 world_from_volume;                        ///< of the volume's corner
-  double volume_side = 0;                       ///< metres
-  std::string orientation;                      ///< source in words, or empty
+  std::vector<FrameReport> frames;     ///< every frame that was processed
+  std::vector<ReadTimes> reads;        ///< one a frame
+  Trajectory trajectory;               ///< of the tracked frames, and of provisional ones since confirmed
+  Mesh mesh;                           ///< empty if none was asked for
+  std::optional<FusionResult> fusion;  ///< of the final fusion, without its mesh: that is `mesh`
+  double fusion_seconds = 0;           ///< that it took
+  std::string fusion_note;             ///< why the mesh is that of the volume although a final fusion was wanted
+  ModelConsistency consistency;        ///< of the views with the final model
+  SE3 world_from_volume;               ///< of the volume's corner
+  double volume_side = 0;              ///< metres
+  std::string orientation;             ///< source in words, or empty
   std::vector<std::string> orientation_notes;   ///< what was concluded about it
   std::string orientation_message;              ///< what the user should know about the readings, or empty
   std::optional<DepthCalibrationResult> depth;  ///< the distortion that this run found and took out

@@ -13,6 +13,7 @@
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
+#include "run/final_mesh.h"
 #include "run/summary.h"
 
 namespace plumbline::app {
@@ -33,6 +34,31 @@ void evaluate(Reconstruction* run) {
 void remove_older(const std::string& path) {
   std::error_code ignored;
   fs::remove(path, ignored);
+}
+
+void write_meshes(const ReconstructionOptions& options, const Mesh& mesh) {
+  write_ply(output_path(options, "mesh.ply"), mesh);
+  for (const std::string& name : options.mesh_files) write_mesh(output_path(options, name), mesh);
+}
+
+void write_volume_mesh(const ReconstructionOptions& options, const Pipeline& pipeline, Reconstruction* run) {
+  run->mesh = pipeline.extract_mesh();
+  write_meshes(options, run->mesh);
+}
+
+/// In place of the volume's, which stays where this one cannot be made or written whole.
+void write_fused_mesh(const ReconstructionOptions& options, const FrameSource& source, const InterruptGuard& interrupt,
+                      Reconstruction* run) {
+  fuse_finally(
+      options, source, [&] { return interrupt.signal() != 0; }, run);
+  run->signal = interrupt.signal();
+  if (!run->fusion) return;
+  try {
+    write_meshes(options, run->mesh);
+  } catch (const Error& error) {
+    run->fusion_note = error.what();
+    run->fusion.reset();
+  }
 }
 
 /// For other recordings of this camera.
@@ -77,20 +103,19 @@ bool is_worth_writing(const Reconstruction& run) {
          });
 }
 
-void write_outputs(const ReconstructionOptions& options, const Pipeline& pipeline, FrameLog* log, Reconstruction* run) {
+void write_outputs(const ReconstructionOptions& options, const OpenRun& open, const InterruptGuard& interrupt,
+                   FrameLog* log, Reconstruction* run) {
   // The trajectory first: it is the smallest, and what a full disk should spare.
   write_tum_trajectory(output_path(options, "trajectory.txt"), run->trajectory);
   evaluate(run);
-  run->consistency = pipeline.check_consistency();
-  run->world_from_volume = pipeline.world_from_volume();
-  run->volume_side = pipeline.volume_side();
-  if (options.mesh) {
-    run->mesh = pipeline.extract_mesh();
-    write_ply(output_path(options, "mesh.ply"), run->mesh);
-  }
+  run->consistency = open.pipeline->check_consistency();
+  run->world_from_volume = open.pipeline->world_from_volume();
+  run->volume_side = open.pipeline->volume_side();
+  if (options.mesh) write_volume_mesh(options, *open.pipeline, run);
   write_file(output_path(options, "config.toml"), to_toml(options.parameters));
   write_depth(output_path(options, "depth.toml"), *run);
   log->commit();
+  if (options.mesh && options.final_fusion) write_fused_mesh(options, *open.source, interrupt, run);
   write_file(output_path(options, "summary.json"), summary_json(*run));
   write_page(options, run);
   if (!options.quiet) say_summary(options, *run);

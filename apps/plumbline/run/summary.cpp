@@ -205,6 +205,13 @@ double peak_memory_mebibytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts in KiB
 }
 
+Json fusion_json(const Reconstruction& run) {
+  if (!run.fusion) return run.fusion_note.empty() ? Json() : Json({{"note", run.fusion_note}});
+  const FusionResult& f = *run.fusion;
+  return {{"detail_m", f.detail}, {"frames", f.frames}, {"bricks", f.bricks},          {"bytes", f.bytes},
+          {"islands", f.islands}, {"notes", f.notes},   {"wall_s", run.fusion_seconds}};
+}
+
 std::string summary_json(const Reconstruction& run) {
   const auto frames = static_cast<double>(run.frames.size());
   const Json json = {
@@ -230,6 +237,7 @@ std::string summary_json(const Reconstruction& run) {
       {"mean_iterations", mean_iterations(run)},
       {"ate", ate_json(run)},
       {"mesh", {{"vertices", run.mesh.positions.size()}, {"triangles", run.mesh.triangles.size()}}},
+      {"final_fusion", fusion_json(run)},
       {"median_ms", milliseconds_json(run)},
       {"wall_s", run.wall_seconds},
       {"frames_per_s", run.wall_seconds > 0 ? frames / run.wall_seconds : 0},
@@ -273,6 +281,12 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
   if (!run.mesh.triangles.empty())
     lines.push_back(
         fmt::format("mesh       {} vertices, {} triangles", run.mesh.positions.size(), run.mesh.triangles.size()));
+  if (run.fusion) {
+    lines.push_back(fmt::format("detail     {:.1f} mm: {} frames fused again along the final path in {:.1f} s",
+                                1e3 * run.fusion->detail, run.fusion->frames, run.fusion_seconds));
+    for (const std::string& note : run.fusion->notes) lines.push_back("note       " + note);
+  }
+  if (!run.fusion_note.empty()) lines.push_back("note       the mesh is that of the volume: " + run.fusion_note);
   lines.push_back(fmt::format("memory     {:.0f} MiB at the peak", peak_memory_mebibytes()));
   return lines;
 }

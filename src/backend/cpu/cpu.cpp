@@ -4,6 +4,7 @@
 
 #include "backend/cpu/lanes.h"
 #include "backend/cpu/scan.h"
+#include "kernels/sparse_bricks.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
@@ -86,6 +87,13 @@ void LanesBase::run(const kernels::CountBrick& kernel, int entries) const {
   threads_.run(entries, [&](int entry, int) { kernel(entry); });
 }
 void LanesBase::run(const kernels::WriteBrick& kernel, int entries) const {
+  threads_.run(entries, [&](int entry, int) { kernel(entry); });
+}
+
+void LanesBase::run(const kernels::CountFineBrick& kernel, int entries) const {
+  threads_.run(entries, [&](int entry, int) { kernel(entry); });
+}
+void LanesBase::run(const kernels::WriteFineBrick& kernel, int entries) const {
   threads_.run(entries, [&](int entry, int) { kernel(entry); });
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "backend/cpu/launch.h"
+#include "kernels/fine_fusion.h"
 
 namespace plumbline::cpu {
 namespace {
@@ -48,6 +49,13 @@ class Lanes final : public LanesBase {
   void run(const kernels::RaySpans& k) const override { span_rays<F>(threads(), k); }
   void run(const kernels::Raycast& k) const override { for_each_block<F>(threads(), k.depth.width, k.depth.height, k); }
   void run(const kernels::DecimateModel& k) const override { on(k.coarse_depth, k); }
+
+  void run(const kernels::WeighReadings& k) const override { on(k.out, k); }
+  void run(const kernels::TouchedBricks& k) const override { for_each<F>(threads(), k.columns(), k.rows(), k); }
+  void run(const kernels::MarkFineBricks& k) const override { for_each_along<F>(threads(), k.volume.bricks, k); }
+  void update(const kernels::FuseFineBrick& k, const std::int32_t* list, int count) const override {
+    for_each_brick<F>(threads(), k, list, count);
+  }
 
  private:
   template <class T, class Kernel>

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "backend/backend.h"
+#include "backend/fine_fusion.h"
 #include "core/thread_pool.h"
 
 namespace plumbline::cpu {
 
 /// The stages that need no lanes, compiled once for every processor.
-class LanesBase : public Backend {
+class LanesBase : public Backend, public FineFusionStages {
  public:
   LanesBase(int threads, const char* instruction_set);
   ~LanesBase() override;
@@ -27,7 +28,11 @@ class LanesBase : public Backend {
   std::int64_t scan(std::int32_t* values, int count) const override;
   void run(const kernels::CountBrick& kernel, int entries) const override;
   void run(const kernels::WriteBrick& kernel, int entries) const override;
+  void run(const kernels::CountBrickOf<kernels::SparseBricks>& kernel, int entries) const override;
+  void run(const kernels::WriteBrickOf<kernels::SparseBricks>& kernel, int entries) const override;
+  const FineFusionStages* fine_fusion() const override { return this; }
   using Backend::run;
+  using FineFusionStages::run;
 
  protected:
   const ThreadPool& threads() const { return threads_; }

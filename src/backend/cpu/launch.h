@@ -27,7 +27,18 @@ PL_HD void for_each(const ThreadPool& threads, int width, int height, const Kern
   });
 }
 
-/// The same by blocks of pixels.
+/// Calls kernel(x) for every element of a long row.
+template <class F, class Kernel>
+PL_HD void for_each_along(const ThreadPool& threads, int count, const Kernel& kernel) {
+  constexpr int kChunk = 4096;
+  threads.run((count + kChunk - 1) / kChunk, [&](int chunk, int) {
+    const Kernel own = kernel;
+    const int end = (chunk + 1) * kChunk < count ? (chunk + 1) * kChunk : count;
+    for (int x = chunk * kChunk; x < end; x += kernels::Lane<F>::width) own.template operator()<F>(x);
+  });
+}
+
+/// Calls kernel(x, y) for every pixel, by blocks of them.
 template <class F, class Kernel>
 PL_HD void for_each_block(const ThreadPool& threads, int width, int height, const Kernel& kernel) {
   using Block = kernels::Block<F>;
@@ -176,13 +187,14 @@ PL_HD void for_each_brick(const ThreadPool& threads, const Kernel& kernel, const
     const int end = (chunk + 1) * kBricksPerChunk < count ? (chunk + 1) * kBricksPerChunk : count;
     for (int i = chunk * kBricksPerChunk; i < end; ++i) {
       const int brick = list[i];
+      const auto at = own.at(brick);
       bool occupied = own.volume.state(brick) != 0;
       for (int offset = 0; !occupied && offset < kernels::kBrickVoxels; offset += kWidth)
-        occupied = kernels::any(own.template is_near_surface<F>(brick, offset));
+        occupied = kernels::any(own.template is_near_surface<F>(at, offset));
       if (!occupied) continue;
-      auto behind = own.template update<F>(brick, 0);
+      auto behind = own.template update<F>(at, 0);
       for (int offset = kWidth; offset < kernels::kBrickVoxels; offset += kWidth) {
-        const auto more = own.template update<F>(brick, offset);  // not in the next line: || may leave it out
+        const auto more = own.template update<F>(at, offset);  // not in the next line: || may leave it out
         behind = behind || more;
       }
       own.volume.state(brick) = kernels::any(behind) ? kernels::kBrickSolid : kernels::kBrickFree;
