@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "plumbline/backend.h"
+#include "plumbline/export.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
+#include "plumbline/map.h"
 #include "plumbline/mesh.h"
 #include "plumbline/orientation.h"
 #include "plumbline/parameters.h"
@@ -48,8 +50,8 @@ struct FrameDiagnostics {
   std::vector<IcpIteration> iterations;
 };
 
-/// One reconstruction. Not thread-safe; several may live side by side.
-class Pipeline {
+/// One reconstruction. Not thread-safe; several may live side by side, each in its own thread, with a backend each.
+class PLUMBLINE_EXPORT Pipeline {
  public:
   /// `backend` must outlive the pipeline. The world frame is the first camera's, unless `initial_pose`
   /// (world_from_camera of the first frame) says otherwise. `sensor`: the one whose readings the frames carry. Memory
@@ -67,6 +69,11 @@ class Pipeline {
   /// The surface so far, world frame, metres.
   Mesh extract_mesh() const;
 
+  /// The signed distances that it is the zero of: about 3 KiB for each brick with a surface.
+  Map extract_map() const;
+
+  /// Of the latest frame that was accepted; before the first, the initial pose.
+  SE3 world_from_camera() const;
   /// Pose and extent of the volume; the pose is set with the first frame.
   SE3 world_from_volume() const;
   double volume_side() const;

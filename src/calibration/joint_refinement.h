@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "plumbline/trajectory.h"
-#include "sensor/orientation_stream.h"
+#include "plumbline/orientation_stream.h"
 
 namespace plumbline {
 

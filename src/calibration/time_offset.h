@@ -5,7 +5,7 @@
 
 #include "plumbline/calibration.h"
 #include "plumbline/trajectory.h"
-#include "sensor/orientation_stream.h"
+#include "plumbline/orientation_stream.h"
 
 namespace plumbline {
 

@@ -1,26 +1,18 @@
-// Triangle meshes as PLY and OBJ files.
+// Triangle meshes as PLY and OBJ files: plumbline/files.h, and the formats by name.
 #pragma once
 
 #include <string>
 
+#include "plumbline/files.h"
 #include "plumbline/mesh.h"
 
 namespace plumbline {
-
-/// Writes by the name's ending, .ply or .obj. Throws Error for other endings, for normals or colours whose number is
-/// not that of the positions, for an index beyond the vertices, and for a file that cannot be written whole.
-void write_mesh(const std::string& path, const Mesh& mesh);
 
 /// Binary little-endian PLY: float positions (m) and normals, uchar colours, faces as `list uchar int vertex_indices`.
 void write_ply(const std::string& path, const Mesh& mesh);
 
 /// Wavefront OBJ; colours follow the position on its `v` line, 0 to 1, as most programs read them.
 void write_obj(const std::string& path, const Mesh& mesh);
-
-/// Reads by the name's ending, .ply or .obj. Polygons become fans of triangles, unknown properties and elements are
-/// skipped, a point cloud is a mesh without triangles. Throws Error for a file that ends early, counts that its size
-/// cannot hold, indices beyond the vertices, and malformed text.
-Mesh read_mesh(const std::string& path);
 
 /// PLY 1.0: ascii, binary_little_endian, binary_big_endian.
 Mesh read_ply(const std::string& path);

@@ -5,6 +5,7 @@
 #include "core/device_array.h"
 #include "kernels/brick_map.h"
 #include "plumbline/image.h"
+#include "plumbline/map.h"
 #include "plumbline/mesh.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pinhole.h"
@@ -54,6 +55,8 @@ class Volume {
 
   /// The surface, world frame. Colours when the volume has them. Empty when nothing was fused.
   Mesh extract_mesh(const MeshParameters& parameters) const;
+  /// The voxels of all bricks that hold or held a surface.
+  Map extract_map() const;
 
   const SE3& world_from_volume() const { return world_from_volume_; }
   double side() const { return view_.voxel_size * static_cast<double>(view_.resolution()); }

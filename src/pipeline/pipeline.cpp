@@ -179,6 +179,9 @@ void Pipeline::State::explain(const TrackingResult& result, FrameDiagnostics* di
 
 Mesh Pipeline::extract_mesh() const { return state_->volume.extract_mesh(state_->parameters.mesh); }
 
+Map Pipeline::extract_map() const { return state_->volume.extract_map(); }
+
+SE3 Pipeline::world_from_camera() const { return state_->tracker.world_from_camera(); }
 SE3 Pipeline::world_from_volume() const { return state_->volume.world_from_volume(); }
 double Pipeline::volume_side() const { return state_->volume.side(); }
 

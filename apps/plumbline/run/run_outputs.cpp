@@ -13,6 +13,7 @@
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
+#include "reconstruction/run_parts.h"
 #include "run/summary.h"
 
 namespace plumbline::app {
@@ -81,12 +82,8 @@ void write_outputs(const ReconstructionOptions& options, const Pipeline& pipelin
   // The trajectory first: it is the smallest, and what a full disk should spare.
   write_tum_trajectory(output_path(options, "trajectory.txt"), run->trajectory);
   evaluate(run);
-  run->world_from_volume = pipeline.world_from_volume();
-  run->volume_side = pipeline.volume_side();
-  if (options.mesh) {
-    run->mesh = pipeline.extract_mesh();
-    write_ply(output_path(options, "mesh.ply"), run->mesh);
-  }
+  take_surface(pipeline, options.mesh, run);
+  if (options.mesh) write_ply(output_path(options, "mesh.ply"), run->mesh);
   write_file(output_path(options, "config.toml"), to_toml(options.parameters));
   write_depth(output_path(options, "depth.toml"), *run);
   log->commit();
