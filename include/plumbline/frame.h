@@ -27,8 +27,8 @@ struct Frame {
   std::vector<ImuSample> inertial = {};
 };
 
-/// Readings of a depth image in metres, `depth_scale` each metre; 0 where a value is not finite, not positive, or beyond
-/// 65535 readings. O(pixels).
+/// Readings of a depth image in metres, `depth_scale` each metre; 0 where a value is not finite, not positive, or
+/// beyond 65535 readings. O(pixels).
 PLUMBLINE_EXPORT DepthImage readings_of(const Image<float>& metres, double depth_scale);
 
 }  // namespace plumbline
