@@ -67,8 +67,11 @@ struct Properties {
       apply_setting(key + setting_text(given), &parameters);
       self = parameters.*at;
     };
-    type.def_property(name, py::cpp_function(get, py::return_value_policy::copy), set,
-                      doc_of(unit, help, range).c_str());
+    const std::string doc = doc_of(unit, help, range);
+    type.def_property(name, get, set, doc.c_str());
+    // What is a word of the language is an attribute with an underscore, too: `orientation.lambda_`.
+    if (py::module_::import("keyword").attr("iskeyword")(name).cast<bool>())
+      type.def_property((std::string(name) + "_").c_str(), get, set, doc.c_str());
   }
 };
 

@@ -183,8 +183,10 @@ class ParametersAreTheList(unittest.TestCase):
         p.volume.placement = "fit"
         p.volume.color = False
         p.volume.side = np.float32(2.5)
+        p.orientation.lambda_ = 3
         self.assertEqual((p.tracking.normal_gate, p.tracking.iterations, p.volume.placement, p.volume.side), (25, [3, 4], "fit", 2.5))
         self.assertIn("normal_gate = 25", p.to_toml())
+        self.assertIn("lambda = 3", p.to_toml())
         for other in (p.copy(), copy.deepcopy(p), pickle.loads(pickle.dumps(p))):
             self.assertEqual(other, p)
         self.assertNotEqual(plumbline.Parameters("kinectfusion"), p)

@@ -5,13 +5,14 @@ Every class, method, property and function of the module is in them, so they can
 """
 
 import inspect
+import keyword
 import pathlib
 import re
 import sys
 
 import plumbline._plumbline as module
 
-HEADER = '''"""Made by python/make_stubs.py from the module's docstrings."""
+HEADER = '''"""Made by python/src/make_stubs.py from the module's docstrings."""
 
 from __future__ import annotations
 
@@ -93,6 +94,8 @@ def function(name: str, thing, indent: str, decorator: str = ""):
 
 def members(kind, indent: str = "    "):
     for name, thing in vars(kind).items():
+        if keyword.iskeyword(name):
+            continue
         if isinstance(thing, property):
             result = signatures(thing.fget.__doc__)
             of = type_of(result[0]["result"]) if result else "Any"
