@@ -16,13 +16,23 @@ HEADER = '''"""Made by python/src/make_stubs.py from the module's docstrings."""
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence as _Sequence, Union
+import os
+from typing import Any, Callable, Dict, List, Optional, Union
 
 import numpy
 
 __version__: str
 '''
-SIGNATURE = re.compile(r"^(?:\d+\. )?(?P<name>\w+)\((?P<arguments>.*)\) -> (?P<result>.+)$")
+SIGNATURE = re.compile(r"^(?:\d+\. )?(?P<name>\w*)\((?P<arguments>.*)\) -> (?P<result>.+)$")
+# What pybind11 calls an object, by the argument's name; the docstrings tell the rest.
+OBJECTS = {"time": "Optional[float]", "time_ns": "Optional[int]", "color": "Optional[numpy.ndarray]", "imu": "Optional[numpy.ndarray]",
+           "initial_pose": "Optional[numpy.ndarray]", "orientation_covariance": "Optional[numpy.ndarray]", "vertices": "numpy.ndarray",
+           "triangles": "numpy.ndarray", "normals": "Optional[numpy.ndarray]", "colors": "Optional[numpy.ndarray]",
+           "camera": "Optional[Camera]", "intrinsics": "Optional[Camera]", "output": "Union[str, os.PathLike, None]",
+           "on_frame": "Optional[Callable[[FrameReport], Any]]", "log": "Optional[Callable[[str, str], Any]]",
+           "sequence": "Union[Sequence, str, os.PathLike]", "reference": "Union[Trajectory, str, os.PathLike]",
+           "estimate": "Union[Trajectory, str, os.PathLike]"}
+OVERLOADED = re.compile(r"^\w+\(\*args, \*\*kwargs\)|^Overloaded function\.$")
 
 
 def type_of(text: str) -> str:
@@ -58,7 +68,8 @@ def argument(text: str) -> str:
     if name == "self" or not rest:
         return name
     kind, _, default = rest.partition(" = ")
-    return f"{name}: {type_of(kind)}" + (" = ..." if default else "")
+    kind = type_of(kind)
+    return f"{name}: {OBJECTS.get(name, kind) if kind == 'Any' else kind}" + (" = ..." if default else "")
 
 
 def signatures(doc: str):
@@ -68,8 +79,8 @@ def signatures(doc: str):
 
 def body(doc: str) -> list:
     """The docstring without its signatures."""
-    lines = [line for line in (doc or "").splitlines() if not SIGNATURE.match(line.strip()) and line.strip() != "Overloaded function."]
-    return [line for line in "\n".join(lines).strip().splitlines()]
+    lines = [line for line in (doc or "").splitlines() if not SIGNATURE.match(line.strip()) and not OVERLOADED.match(line.strip())]
+    return re.sub(r"\n\n+", "\n\n", "\n".join(lines).strip()).splitlines()
 
 
 def docstring(doc: str, indent: str):

@@ -102,7 +102,9 @@ TEST_F(Reconstruct, ASensorOfAnotherFormSaysWhyItIsNotUsed) {
   const SensorReadings readings = recorded_sensor(*unmounted);
   EXPECT_FALSE(readings.orientation.has_value());
   EXPECT_THAT(readings.unused, HasSubstr("nothing says how it sits on the camera"));
-  EXPECT_TRUE(recorded_sensor(*unmounted, {.has_mounting = true}).orientation.has_value());
+  SensorOptions mounted;
+  mounted.has_mounting = true;
+  EXPECT_TRUE(recorded_sensor(*unmounted, mounted).orientation.has_value());
 }
 
 TEST_F(Reconstruct, FramesAreChosenWatchedAndEnded) {

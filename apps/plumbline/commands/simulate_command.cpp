@@ -50,7 +50,8 @@ struct SimulateArguments {
 sim::Motion motion_of(const SimulateArguments& arguments, const sim::Scene& scene, SimulatedSequence* sequence) {
   sim::PathOptions path = arguments.path;
   path.seed = arguments.seed;
-  PathPlacement placement{.clearance = arguments.clearance};
+  PathPlacement placement;
+  placement.clearance = arguments.clearance;
   if (arguments.placement == "none")
     placement.scene_from_path = SE3();
   else if (arguments.placement != "auto")
