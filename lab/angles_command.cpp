@@ -118,8 +118,8 @@ int angles(const AnglesArguments& arguments) {
   const Parameters parameters = effective_parameters(arguments.parameters);
   const OrientationSensor sensor = {.covariance = sensor_covariance(arguments.orientation)};
   validate(parameters);
-  std::vector<std::string> notes;
-  const std::optional<OrientationStream> orientation = load_orientation(arguments.orientation, &notes);
+  const SensorReadings readings = load_orientation(arguments.orientation);
+  const std::optional<OrientationStream>& orientation = readings.orientation;
   if (orientation && !orientation->options().convention.has_heading)
     throw UsageError("has the tilt only, where the test needs the whole orientation", "--orientation",
                      "Give a file with headings.");
@@ -134,7 +134,8 @@ int angles(const AnglesArguments& arguments) {
 
   for (const std::string& line : describe(*sequence)) say(line);
   if (orientation)
-    for (const std::string& line : describe(*orientation, report.orientation, notes, parameters.orientation)) say(line);
+    for (const std::string& line : describe(*orientation, report.orientation, readings.notes, parameters.orientation))
+      say(line);
   say("backend    {}", report.backend);
   say("success    tracked, and within {:g} m and {:g}° of the true pose", arguments.success_translation,
       arguments.success_rotation);

@@ -9,11 +9,11 @@
 #include "eval/turned_pairs.h"
 #include "plumbline/angles.h"
 #include "plumbline/frame.h"
+#include "plumbline/orientation_stream.h"
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
 #include "plumbline/sequence.h"
 #include "plumbline/trajectory.h"
-#include "sensor/orientation_stream.h"
 #include "tracking/orientation_guide.h"
 #include "tracking/registration.h"
 

@@ -11,8 +11,8 @@
 #include "core/median.h"
 #include "plumbline/error.h"
 #include "plumbline/time.h"
-#include "run/frame_loop.h"
-#include "run/frame_source.h"
+#include "reconstruction/frame_loop.h"
+#include "reconstruction/frame_source.h"
 
 namespace plumbline::app {
 namespace {

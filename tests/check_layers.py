@@ -17,7 +17,7 @@ LIBRARY = {
     "io": {"core"},
     "eval": {"core"},
     "sensor": {"core"},
-    "sim": {"core", "sensor"},
+    "sim": {"core", "sensor", "io"},
     "capture": {"core", "io"},
     "backend": {"core", "kernels"},
     "map": {"core", "kernels", "backend"},
@@ -26,6 +26,7 @@ LIBRARY = {
     "fusion": {"core", "kernels", "io", "backend", "map", "tracking"},
     "pipeline": {"core", "kernels", "sensor", "backend", "map", "tracking", "place"},
     "calibration": {"core", "kernels", "io", "sensor", "backend", "tracking", "pipeline"},
+    "reconstruction": {"core", "io", "sensor", "backend", "fusion", "pipeline", "calibration"},
 }
 # The same for apps/plumbline and lab, beside the library; main.cpp joins all of them.
 PROGRAM = {

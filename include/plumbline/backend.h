@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "plumbline/export.h"
+
 namespace plumbline {
 
 /// Runs the kernels of one device. Opaque to users of the library: made by `make_backend`, given to a `Pipeline`.
@@ -19,7 +21,7 @@ struct BackendInfo {
 /// "auto" (what is known to work: the CPU), "cpu", "cpu:avx2+fma" (with that instruction set), or "cuda". `threads` of
 /// 0 takes all of the machine's; other backends ignore it. Throws Error for a name that is unknown or not available
 /// here.
-std::shared_ptr<Backend> make_backend(const std::string& name = "auto", int threads = 0);
-std::vector<BackendInfo> list_backends();
+PLUMBLINE_EXPORT std::shared_ptr<Backend> make_backend(const std::string& name = "auto", int threads = 0);
+PLUMBLINE_EXPORT std::vector<BackendInfo> list_backends();
 
 }  // namespace plumbline

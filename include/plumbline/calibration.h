@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "plumbline/depth_distortion.h"
+#include "plumbline/export.h"
 #include "plumbline/orientation.h"
 #include "plumbline/parameters.h"
 #include "plumbline/sequence.h"
@@ -44,8 +45,9 @@ struct CalibrationOptions {
 /// compared. Nothing if they tell too little, or agree as well without. Of `options.parameters` only the range of depth
 /// counts: the frames are tracked by preset `plumbline`, quality `fast`. Throws Error for a frame that cannot be read,
 /// or once `options.stopping` returns true.
-std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, const std::vector<int>& frames,
-                                                      const CalibrationOptions& options = {});
+PLUMBLINE_EXPORT std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence,
+                                                                       const std::vector<int>& frames,
+                                                                       const CalibrationOptions& options = {});
 
 /// A camera's path through a recording, by the tracker from depth alone.
 struct CameraPath {
@@ -62,20 +64,20 @@ enum class TrackedDepth {
 
 /// All of `frames` tracked with `options.parameters`, and the path adjusted by comparing frames that saw the same
 /// things. Throws as `calibrate_depth` does.
-CameraPath track_path(const Sequence& sequence, const std::vector<int>& frames, TrackedDepth depth,
-                      const CalibrationOptions& options = {});
+PLUMBLINE_EXPORT CameraPath track_path(const Sequence& sequence, const std::vector<int>& frames, TrackedDepth depth,
+                                       const CalibrationOptions& options = {});
 
 /// For `SequenceOptions::depth_distortion` of the camera's other recordings: a TOML file. `comments` are written at the
 /// top, a line each. Throws Error if the file cannot be written whole.
-void write_depth_calibration(const std::string& path, const DepthDistortion& distortion,
-                             const std::vector<std::string>& comments);
+PLUMBLINE_EXPORT void write_depth_calibration(const std::string& path, const DepthDistortion& distortion,
+                                              const std::vector<std::string>& comments);
 
 /// What such a file says at its top of how it was made: by `command_line`, from so many pairs.
-std::vector<std::string> depth_calibration_comments(const DepthCalibrationResult& found,
-                                                    const std::string& command_line);
+PLUMBLINE_EXPORT std::vector<std::string> depth_calibration_comments(const DepthCalibrationResult& found,
+                                                                     const std::string& command_line);
 
 /// Throws Error with file and line for a file that is no TOML, lacks one of the values, or has one out of range.
-DepthDistortion read_depth_calibration(const std::string& path);
+PLUMBLINE_EXPORT DepthDistortion read_depth_calibration(const std::string& path);
 
 /// Offsets of an orientation sensor's clock that are searched.
 struct OffsetSearch {
@@ -103,9 +105,9 @@ enum class MotionVerdict {
   mounting_unsure,  ///< rotation about two axes, but not enough of it for this sensor
   offset_unsure     ///< too slow to tell the time
 };
-std::string_view to_string(MotionVerdict verdict);
+PLUMBLINE_EXPORT std::string_view to_string(MotionVerdict verdict);
 
-struct MountingCalibration {
+struct PLUMBLINE_EXPORT MountingCalibration {
   MotionVerdict verdict = MotionVerdict::too_short;
   std::string advice;  ///< what to do, in words; empty if the verdict is good
 
@@ -141,12 +143,13 @@ struct MountingCalibration {
 /// of noise, drift and systematic error follow from the data (evidence approximation: MacKay, "Bayesian interpolation",
 /// 1992). The standard deviations count correlated residuals once, and contain what drift and systematic error leave
 /// open. Throws Error if the two do not overlap in time at any offset searched.
-MountingCalibration calibrate_mounting(const Trajectory& camera, const OrientationStream& sensor,
-                                       const MountingOptions& options = {});
+PLUMBLINE_EXPORT MountingCalibration calibrate_mounting(const Trajectory& camera, const OrientationStream& sensor,
+                                                        const MountingOptions& options = {});
 
 /// The same from the sensor's samples, ordered by time: earth_from_body on the sensor's own clock. Throws Error also if
 /// they are not so.
-MountingCalibration calibrate_mounting(const Trajectory& camera, const std::vector<OrientationSample>& samples,
-                                       const MountingOptions& options = {});
+PLUMBLINE_EXPORT MountingCalibration calibrate_mounting(const Trajectory& camera,
+                                                        const std::vector<OrientationSample>& samples,
+                                                        const MountingOptions& options = {});
 
 }  // namespace plumbline

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "plumbline/export.h"
 #include "plumbline/image.h"
 
 namespace plumbline {
@@ -16,7 +17,7 @@ namespace plumbline {
 /// tenths of a pixel, which are centimetres at 2 m. Here it is a grid of nodes over the image; between them it follows
 /// by cubic convolution (Keys, "Cubic convolution interpolation for digital image processing", 1981), because a slope
 /// that jumps from cell to cell turns the camera.
-class DepthDistortion {
+class PLUMBLINE_EXPORT DepthDistortion {
  public:
   static constexpr int kColumns = 11;  ///< nodes from left to right; as many from top to bottom as are as dense
 

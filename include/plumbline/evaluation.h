@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "plumbline/export.h"
 #include "plumbline/se3.h"
 #include "plumbline/statistics.h"
 #include "plumbline/time.h"
@@ -27,8 +28,8 @@ struct Association {
 
 /// One-to-one pairs of poses, closest stamps first (ties: the earlier reference pose, then the earlier estimate),
 /// ordered by the reference's time. O(n log n) in the number of poses. May be empty.
-std::vector<Association> associate(const Trajectory& reference, const Trajectory& estimate,
-                                   const AssociationOptions& options = {});
+PLUMBLINE_EXPORT std::vector<Association> associate(const Trajectory& reference, const Trajectory& estimate,
+                                                    const AssociationOptions& options = {});
 
 struct AbsoluteError {
   struct Pair {
@@ -43,8 +44,8 @@ struct AbsoluteError {
 /// Positions compared after the rigid alignment, without scale, that is best in the least-squares sense (Horn 1987,
 /// Umeyama 1991). Throws Error where fewer than 3 poses can be associated (saying how far the clocks are apart) or a
 /// pose is not finite.
-AbsoluteError absolute_trajectory_error(const Trajectory& reference, const Trajectory& estimate,
-                                        const AssociationOptions& options = {});
+PLUMBLINE_EXPORT AbsoluteError absolute_trajectory_error(const Trajectory& reference, const Trajectory& estimate,
+                                                         const AssociationOptions& options = {});
 
 enum class DeltaUnit { seconds, metres, radians, frames };
 
@@ -73,7 +74,7 @@ struct RelativeError {
 /// benchmark's tool, a pair whose second pose is the estimate's last is left out for a fixed delta (its end was cut
 /// off), and all pairs include a pose with itself. Throws Error where fewer than 2 pairs remain (saying how far the
 /// clocks are apart), a pose is not finite, or the options are out of range.
-RelativeError relative_trajectory_error(const Trajectory& reference, const Trajectory& estimate,
-                                        const RelativeErrorOptions& options = {});
+PLUMBLINE_EXPORT RelativeError relative_trajectory_error(const Trajectory& reference, const Trajectory& estimate,
+                                                         const RelativeErrorOptions& options = {});
 
 }  // namespace plumbline::eval

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "plumbline/export.h"
 #include "plumbline/image.h"
 #include "plumbline/imu.h"
 #include "plumbline/time.h"
@@ -25,5 +26,9 @@ struct Frame {
   /// a sensor.
   std::vector<ImuSample> inertial = {};
 };
+
+/// Readings of a depth image in metres, `depth_scale` each metre; 0 where a value is not finite, not positive, or
+/// beyond 65535 readings. O(pixels).
+PLUMBLINE_EXPORT DepthImage readings_of(const Image<float>& metres, double depth_scale);
 
 }  // namespace plumbline

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "plumbline/export.h"
 #include "plumbline/mesh.h"
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
@@ -53,7 +54,8 @@ struct FusionResult {
 /// and noted; voxels become larger, which is noted, if the memory does not suffice. Nothing once `stopping` returns
 /// true, or if no frame could be fused. Throws Error for options out of range, std::bad_alloc if the system has less
 /// memory than was promised.
-std::optional<FusionResult> fuse_frames(const Sequence& sequence, const std::vector<FusionFrame>& frames,
-                                        const FusionOptions& options = {});
+PLUMBLINE_EXPORT std::optional<FusionResult> fuse_frames(const Sequence& sequence,
+                                                         const std::vector<FusionFrame>& frames,
+                                                         const FusionOptions& options = {});
 
 }  // namespace plumbline

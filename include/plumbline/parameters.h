@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "plumbline/angles.h"
+#include "plumbline/export.h"
 
 namespace plumbline {
 
@@ -262,12 +263,12 @@ void fields(P& p, Visitor&& v) {
 }
 
 /// The presets by name: `plumbline`, `paper`, `kinectfusion`. Throws Error naming the known ones.
-Parameters preset(std::string_view name);
-std::vector<std::string> preset_names();
+PLUMBLINE_EXPORT Parameters preset(std::string_view name);
+PLUMBLINE_EXPORT std::vector<std::string> preset_names();
 
 /// What preset `plumbline` does with more or less time (docs/results.md): `fast` tracks at a quarter of the pixels in
 /// coarser voxels, `balanced` is the preset as it is, `best` has finer voxels. Throws Error naming the known ones.
-void apply_quality(std::string_view name, Parameters* parameters);
-std::vector<std::string> quality_names();
+PLUMBLINE_EXPORT void apply_quality(std::string_view name, Parameters* parameters);
+PLUMBLINE_EXPORT std::vector<std::string> quality_names();
 
 }  // namespace plumbline

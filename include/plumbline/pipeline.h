@@ -7,8 +7,10 @@
 
 #include "plumbline/backend.h"
 #include "plumbline/consistency.h"
+#include "plumbline/export.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
+#include "plumbline/map.h"
 #include "plumbline/mesh.h"
 #include "plumbline/orientation.h"
 #include "plumbline/parameters.h"
@@ -49,8 +51,8 @@ struct FrameDiagnostics {
   std::vector<IcpIteration> iterations;
 };
 
-/// One reconstruction. Not thread-safe; several may live side by side.
-class Pipeline {
+/// One reconstruction. Not thread-safe; several may live side by side, each in its own thread, with a backend each.
+class PLUMBLINE_EXPORT Pipeline {
  public:
   /// `backend` must outlive the pipeline. The world frame is the first camera's, unless `initial_pose`
   /// (world_from_camera of the first frame) says otherwise. `sensor`: the one whose readings the frames carry. Memory
@@ -72,6 +74,11 @@ class Pipeline {
   /// compared. Costs a ray cast a keyframe, 200 keyframes at most.
   ModelConsistency check_consistency() const;
 
+  /// The signed distances that it is the zero of: about 3 KiB for each brick with a surface.
+  Map extract_map() const;
+
+  /// Of the latest frame that was accepted; before the first, the initial pose.
+  SE3 world_from_camera() const;
   /// Pose and extent of the volume; the pose is set with the first frame.
   SE3 world_from_volume() const;
   double volume_side() const;

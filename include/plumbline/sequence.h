@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "plumbline/depth_distortion.h"
+#include "plumbline/export.h"
 #include "plumbline/frame.h"
 #include "plumbline/imu.h"
 #include "plumbline/pinhole.h"
@@ -60,7 +61,7 @@ struct SequenceInfo {
 };
 
 /// Frames in order of time. All members may be called from several threads at once.
-class Sequence {
+class PLUMBLINE_EXPORT Sequence {
  public:
   virtual ~Sequence() = default;
   Sequence(const Sequence&) = delete;
@@ -97,13 +98,14 @@ class Sequence {
 /// Finds out the layout of the folder or file at `path`, its frames and its camera, and checks the first images. Throws
 /// Error if there is no such folder or file, it holds no frames, a list is malformed, the camera is unknown or does not
 /// fit the images, and with `strict` if there is a warning.
-std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options = {});
+PLUMBLINE_EXPORT std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options = {});
 
 /// The same sequence with that distortion taken out of its depth, which its notes then say. Throws Error for images of
 /// another size.
-std::unique_ptr<Sequence> without_depth_distortion(std::unique_ptr<Sequence> measured, DepthDistortion distortion);
+PLUMBLINE_EXPORT std::unique_ptr<Sequence> without_depth_distortion(std::unique_ptr<Sequence> measured,
+                                                                    DepthDistortion distortion);
 
 /// The names that SequenceOptions::camera takes.
-std::vector<std::string> camera_names();
+PLUMBLINE_EXPORT std::vector<std::string> camera_names();
 
 }  // namespace plumbline

@@ -5,6 +5,8 @@
 #include <span>
 #include <string>
 
+#include "plumbline/export.h"
+
 namespace plumbline::eval {
 
 /// In the unit of the values. All zero for no values.
@@ -15,6 +17,6 @@ struct Statistics {
 
 /// `std` is the population's (divided by the count) and the median of an even count is the mean of the middle two, as
 /// NumPy has them.
-Statistics statistics(std::span<const double> values);
+PLUMBLINE_EXPORT Statistics statistics(std::span<const double> values);
 
 }  // namespace plumbline::eval

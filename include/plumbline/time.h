@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "plumbline/export.h"
+
 namespace plumbline {
 
 using Nanoseconds = std::int64_t;
@@ -16,9 +18,9 @@ inline Nanoseconds from_seconds(double s) { return static_cast<Nanoseconds>(s * 
 
 /// Decimal seconds ("1305031102.160407", "-0.5", "12", "1.3e9") to nanoseconds; digits past the ninth decimal are
 /// rounded. Empty when the text is not a finite number or leaves the range of 64-bit nanoseconds (about 292 years).
-std::optional<Nanoseconds> parse_seconds(std::string_view text);
+PLUMBLINE_EXPORT std::optional<Nanoseconds> parse_seconds(std::string_view text);
 
 /// Nanoseconds as decimal seconds with `decimals` (0…9) digits, rounded half away from zero.
-std::string format_seconds(Nanoseconds t, int decimals = 6);
+PLUMBLINE_EXPORT std::string format_seconds(Nanoseconds t, int decimals = 6);
 
 }  // namespace plumbline

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "plumbline/export.h"
 #include "plumbline/se3.h"
 
 namespace plumbline {
@@ -19,8 +20,8 @@ enum class LostReason { none, no_depth, few_inliers, singular, implausible_step,
 constexpr bool has_pose(TrackingStatus status) {
   return status == TrackingStatus::initialised || status == TrackingStatus::tracked;
 }
-std::string_view to_string(TrackingStatus status);
-std::string_view to_string(LostReason reason);
+PLUMBLINE_EXPORT std::string_view to_string(TrackingStatus status);
+PLUMBLINE_EXPORT std::string_view to_string(LostReason reason);
 
 /// What one iteration saw and did, for plots of distance distributions and convergence.
 struct IcpIteration {
@@ -63,6 +64,6 @@ enum class OrientationUse {
   distrusted,  ///< it disagrees with what was tracked over the latest frames
   dropped      ///< the frame could only be tracked without it, or clearly better
 };
-std::string_view to_string(OrientationUse use);
+PLUMBLINE_EXPORT std::string_view to_string(OrientationUse use);
 
 }  // namespace plumbline

@@ -3,9 +3,9 @@
 #include <optional>
 #include <utility>
 
-#include "io/prefetch.h"
 #include "plumbline/error.h"
 #include "plumbline/pipeline.h"
+#include "plumbline/prefetch.h"
 
 namespace plumbline {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
+#include "plumbline/orientation_stream.h"
 #include "plumbline/trajectory.h"
-#include "sensor/orientation_stream.h"
 
 namespace plumbline {
 

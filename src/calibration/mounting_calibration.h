@@ -14,7 +14,7 @@
 #include <string>
 
 #include "plumbline/calibration.h"
-#include "sensor/orientation_stream.h"
+#include "plumbline/orientation_stream.h"
 
 namespace plumbline {
 

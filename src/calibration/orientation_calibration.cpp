@@ -1,4 +1,4 @@
-#include "calibration/orientation_calibration.h"
+#include "plumbline/orientation_calibration.h"
 
 #include <fmt/format.h>
 

@@ -1,18 +1,15 @@
-// Triangle meshes as PLY, OBJ, STL and GLB files.
+// Triangle meshes as PLY, OBJ, STL and GLB files: plumbline/files.h, and the formats by name.
 #pragma once
 
 #include <string>
 
+#include "plumbline/files.h"
 #include "plumbline/mesh.h"
 
 namespace plumbline {
 
 /// Throws Error unless the name ends as that of a mesh that can be written.
 void check_mesh_format(const std::string& path);
-
-/// Writes by the name's ending, .ply, .obj, .stl or .glb. Throws Error for other endings, for normals or colours whose
-/// number is not that of the positions, for an index beyond the vertices, and for a file that cannot be written whole.
-void write_mesh(const std::string& path, const Mesh& mesh);
 
 /// Binary little-endian PLY: float positions (m) and normals, uchar colours, faces as `list uchar int vertex_indices`.
 void write_ply(const std::string& path, const Mesh& mesh);
@@ -26,11 +23,6 @@ void write_stl(const std::string& path, const Mesh& mesh);
 /// Binary glTF 2.0, positions in metres. A node turns the first camera's axes (y down) to glTF's (y up), so that what
 /// the camera saw upright stands upright. Colours become linear. Throws Error also for a mesh without triangles.
 void write_glb(const std::string& path, const Mesh& mesh);
-
-/// Reads by the name's ending, .ply or .obj. Polygons become fans of triangles, unknown properties and elements are
-/// skipped, a point cloud is a mesh without triangles. Throws Error for a file that ends early, counts that its size
-/// cannot hold, indices beyond the vertices, and malformed text.
-Mesh read_mesh(const std::string& path);
 
 /// PLY 1.0: ascii, binary_little_endian, binary_big_endian.
 Mesh read_ply(const std::string& path);

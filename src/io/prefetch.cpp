@@ -1,4 +1,4 @@
-#include "io/prefetch.h"
+#include "plumbline/prefetch.h"
 
 #include <algorithm>
 #include <chrono>

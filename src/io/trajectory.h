@@ -1,9 +1,10 @@
-// Trajectories as text files.
+// Trajectories as text files: plumbline/files.h, and the formats by name.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "plumbline/files.h"
 #include "plumbline/trajectory.h"
 
 namespace plumbline {
@@ -15,18 +16,8 @@ namespace plumbline {
 /// normalised away), and for a file without poses.
 Trajectory read_tum_trajectory(const std::string& path, std::vector<std::string>* notes = nullptr);
 
-/// Writes the same format, so that poses read back within 1e-8. Stamps have six decimals, or nine where that would
-/// round one. Throws Error for a pose that is not finite and for a file that cannot be written whole.
-void write_tum_trajectory(const std::string& path, const Trajectory& trajectory);
-
 /// The poses of a 7-Scenes folder, `frame-000123.pose.txt` with a 4×4 world_from_camera each, at k/30 s as its frames.
 /// Poses that are not finite are left out with a note. Throws Error for a matrix that is no rigid motion.
 Trajectory read_seven_scenes_poses(const std::string& folder, std::vector<std::string>* notes = nullptr);
-
-/// What `SequenceInfo::groundtruth` names, or a user compares: a file in TUM's format; with other columns by its
-/// heading (qw first, nanoseconds, EuRoC's csv, RTAB-Map's with ids); KITTI's and Replica's matrices; Redwood's .log; a
-/// folder of 7-Scenes or ScanNet. Poses without stamps get those of their frames, which `notes` tell with what else was
-/// concluded.
-Trajectory read_trajectory(const std::string& path, std::vector<std::string>* notes = nullptr);
 
 }  // namespace plumbline

@@ -6,6 +6,7 @@
 #include "kernels/brick_map.h"
 #include "map/depth_ranges.h"
 #include "plumbline/image.h"
+#include "plumbline/map.h"
 #include "plumbline/mesh.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pinhole.h"
@@ -55,6 +56,8 @@ class Volume {
 
   /// The surface, world frame. Colours when the volume has them. Empty when nothing was fused.
   Mesh extract_mesh(const MeshParameters& parameters) const;
+  /// The voxels of all bricks that hold or held a surface.
+  Map extract_map() const;
 
   const SE3& world_from_volume() const { return world_from_volume_; }
   double side() const { return view_.voxel_size * static_cast<double>(view_.resolution()); }

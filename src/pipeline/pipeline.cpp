@@ -181,6 +181,9 @@ Mesh Pipeline::extract_mesh() const { return state_->volume.extract_mesh(state_-
 
 ModelConsistency Pipeline::check_consistency() const { return state_->recovery.check_consistency(); }
 
+Map Pipeline::extract_map() const { return state_->volume.extract_map(); }
+
+SE3 Pipeline::world_from_camera() const { return state_->tracker.world_from_camera(); }
 SE3 Pipeline::world_from_volume() const { return state_->volume.world_from_volume(); }
 double Pipeline::volume_side() const { return state_->volume.side(); }
 

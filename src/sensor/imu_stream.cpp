@@ -1,4 +1,4 @@
-#include "sensor/imu_stream.h"
+#include "plumbline/imu_stream.h"
 
 #include <algorithm>
 #include <iterator>

@@ -1,4 +1,4 @@
-#include "sensor/orientation_stream.h"
+#include "plumbline/orientation_stream.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,15 +6,15 @@
 #include <numbers>
 
 #include "core/random.h"
-#include "io/orientation_file.h"
 #include "io/trajectory.h"
 #include "plumbline/angles.h"
+#include "plumbline/files.h"
 #include "plumbline/orientation.h"
+#include "plumbline/orientation_stream.h"
 #include "plumbline/se3.h"
 #include "plumbline/time.h"
 #include "plumbline/trajectory.h"
 #include "sensor/error_model.h"
-#include "sensor/orientation_stream.h"
 #include "support/data.h"
 
 namespace plumbline {

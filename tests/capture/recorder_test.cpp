@@ -11,7 +11,7 @@
 
 #include "capture/clock.h"
 #include "io/images/image_file.h"
-#include "io/orientation_file.h"
+#include "plumbline/files.h"
 #include "plumbline/frame.h"
 #include "plumbline/image.h"
 #include "plumbline/pinhole.h"

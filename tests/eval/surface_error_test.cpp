@@ -1,4 +1,4 @@
-#include "eval/surface_error.h"
+#include "plumbline/surface_error.h"
 
 #include <gtest/gtest.h>
 

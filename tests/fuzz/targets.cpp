@@ -9,7 +9,6 @@
 #include <functional>
 #include <stdexcept>
 
-#include "calibration/orientation_calibration.h"
 #include "io/camera.h"
 #include "io/containers/kinect_calibration.h"
 #include "io/containers/ros_messages.h"
@@ -21,13 +20,14 @@
 #include "io/images/tiff.h"
 #include "io/imu_file.h"
 #include "io/mesh.h"
-#include "io/orientation_file.h"
 #include "io/recorded_camera.h"
 #include "io/sequence_list.h"
 #include "io/trajectory.h"
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
+#include "plumbline/files.h"
+#include "plumbline/orientation_calibration.h"
 #include "plumbline/sequence.h"
 #include "support/temp_folder.h"
 

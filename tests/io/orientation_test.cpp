@@ -1,4 +1,4 @@
-#include "io/orientation_file.h"
+#include "plumbline/files.h"
 
 #include <gmock/gmock.h>
 

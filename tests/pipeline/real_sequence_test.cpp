@@ -2,19 +2,19 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include "eval/surface_error.h"
 #include "io/trajectory.h"
 #include "pipeline/runs.h"
 #include "plumbline/evaluation.h"
 #include "plumbline/frame.h"
 #include "plumbline/orientation.h"
+#include "plumbline/orientation_stream.h"
 #include "plumbline/se3.h"
 #include "plumbline/sequence.h"
 #include "plumbline/statistics.h"
+#include "plumbline/surface_error.h"
 #include "plumbline/time.h"
 #include "plumbline/trajectory.h"
 #include "sensor/error_model.h"
-#include "sensor/orientation_stream.h"
 #include "support/data.h"
 
 namespace plumbline {

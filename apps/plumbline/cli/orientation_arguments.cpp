@@ -8,18 +8,13 @@
 #include <filesystem>
 #include <utility>
 
-#include "calibration/orientation_calibration.h"
 #include "cli/arguments.h"
 #include "cli/sensor_model.h"
-#include "io/imu_file.h"
-#include "io/orientation_file.h"
-#include "io/recording.h"
 #include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/orientation.h"
-#include "plumbline/time.h"
+#include "plumbline/orientation_calibration.h"
 #include "sensor/error_model.h"
-#include "sensor/orientation_filter.h"
 #include "tracking/orientation_guide.h"
 
 namespace plumbline::app {
@@ -73,8 +68,9 @@ OrientationErrorModel error_model_of(const OrientationArguments& a) {
   return model;
 }
 
-void note_error_model(const OrientationErrorModel& model, std::vector<std::string>* notes) {
-  if (notes == nullptr || model.amplitude.isZero(0)) return;
+void note_error_model(const OrientationArguments& arguments, std::vector<std::string>* notes) {
+  const OrientationErrorModel model = arguments.imu_model.empty() ? OrientationErrorModel{} : error_model_of(arguments);
+  if (model.amplitude.isZero(0)) return;
   const Eigen::Vector3d a = model.amplitude / kRadiansPerDegree;
   if (model.measured) {
     notes->push_back(
@@ -95,66 +91,6 @@ bool is_file(const OrientationArguments& a) {
 bool models_orientation(const OrientationArguments& a) { return !a.imu_model.empty() || !a.sensor_model.empty(); }
 
 bool names_mounting(const OrientationArguments& a) { return !a.mounting.empty() || !a.calibration.empty(); }
-
-std::string quoted_quaternion(const Eigen::Matrix3d& rotation) {
-  const Eigen::Quaterniond q(rotation);
-  return fmt::format("\"{:.4g} {:.4g} {:.4g} {:.4g}\"", q.x(), q.y(), q.z(), q.w());
-}
-
-/// Raw readings are made into orientations here, with all of them at hand.
-std::vector<OrientationSample> filtered(const MountedImu& imu, const OrientationArguments& a,
-                                        OrientationStreamOptions* options, std::vector<std::string>* notes) {
-  const auto note = [&](const std::string& text) {
-    if (notes != nullptr) notes->push_back(text);
-  };
-  if (imu.body_from_camera && !names_mounting(a)) {
-    options->body_from_camera = *imu.body_from_camera;
-    note(fmt::format("raw readings whose format tells how the sensor sits: --mounting {}",
-                     quoted_quaternion(*imu.body_from_camera)));
-  }
-  if (imu.recording.has_gyroscope) {
-    note("raw readings: filtered forward and backward, as `plumbline orientation --offline` does");
-    return smooth_orientation(imu.recording);
-  }
-  options->convention.has_heading = false;
-  return tilt_from_accelerometer(imu.recording, kTiltTau, true);
-}
-
-/// Names by which the sensor of a recording is called in messages: its file in a folder, else the recording.
-std::string sensor_of(const SequenceInfo& info) {
-  for (const char* name : {"imu.csv", "accelerometer.txt"})
-    if (std::error_code error; std::filesystem::exists(std::filesystem::path(info.path) / name, error))
-      return (std::filesystem::path(info.path) / name).string();
-  return info.path;
-}
-
-std::string seconds_text(double first, double final) { return fmt::format("{:.3f} to {:.3f} s", first, final); }
-
-/// The unit that the sensor's stamps seem to be in: with it they would lie at the frames, or, counted from another
-/// moment, span about as long as these.
-std::string unit_hint(double first, double final, double frames_first, double frames_final) {
-  struct Unit {
-    double factor;
-    const char* text;
-  };
-  constexpr std::array kUnits = {
-      Unit{1e-3, "milliseconds where seconds are expected"}, Unit{1e-6, "microseconds where seconds are expected"},
-      Unit{1e-9, "nanoseconds where seconds are expected"},  Unit{1e3, "seconds, and the frames' in milliseconds"},
-      Unit{1e6, "seconds, and the frames' in microseconds"}, Unit{1e9, "seconds, and the frames' in nanoseconds"}};
-  constexpr double kAlike = 10;  // a sensor that was started or ended at another time
-  const double ratio = (final - first) / (frames_final - frames_first);
-  const auto spans_alike = [&](const Unit& unit) {
-    return ratio * unit.factor < kAlike && ratio * unit.factor > 1 / kAlike;
-  };
-  for (const Unit& unit : kUnits)
-    if (spans_alike(unit) && first * unit.factor <= frames_final && final * unit.factor >= frames_first)
-      return fmt::format("the sensor's stamps seem to be in {}", unit.text);
-  for (const Unit& unit : kUnits)
-    if (spans_alike(unit) && (ratio > 100 || ratio < 0.01))
-      return fmt::format("by their span the sensor's stamps seem to be in {}, and to count from another moment",
-                         unit.text);
-  return "";
-}
 
 }  // namespace
 
@@ -211,103 +147,33 @@ OrientationStreamOptions stream_options(const OrientationArguments& a) {
   return options;
 }
 
-std::optional<OrientationStream> load_orientation(const OrientationArguments& a, std::vector<std::string>* notes,
-                                                  std::optional<ImuStream>* inertial) {
-  if (!is_file(a)) return std::nullopt;
-  OrientationStreamOptions options = stream_options(a);
-  const OrientationConvention declared = options.convention;
-  const OrientationErrorModel model = a.imu_model.empty() ? OrientationErrorModel{} : error_model_of(a);
+/// What the options say of the sensor.
+SensorOptions sensor_options(const OrientationArguments& a) {
+  SensorOptions options{
+      .stream = stream_options(a), .has_mounting = names_mounting(a), .use_raw = !models_orientation(a)};
+  if (a.imu_model.empty()) return options;
+  options.change = [model = error_model_of(a)](std::vector<OrientationSample> samples) {
+    return with_error(model, std::move(samples));
+  };
+  return options;
+}
+
+SensorReadings load_orientation(const OrientationArguments& a) {
+  if (!is_file(a)) return {};
+  const SensorOptions options = sensor_options(a);
   if (std::error_code error; !std::filesystem::exists(a.path, error))
     throw UsageError("there is no such file", "--orientation " + a.path,
                      "Give a file with lines t qx qy qz qw, or in TUM's or EuRoC's format.");
-  const bool raw = holds_recording(a.path) || is_imu_file(a.path);
-  std::vector<OrientationSample> samples;
-  if (raw) {
-    const MountedImu imu = load_imu(a.path, notes);
-    samples = filtered(imu, a, &options, notes);
-    if (inertial != nullptr && !models_orientation(a) && imu.recording.has_gyroscope)
-      inertial->emplace(imu.recording, options.body_from_camera, options.time_offset);
-  } else {
-    samples = read_orientations(a.path, declared, notes, &options.convention);
-  }
-  if (!options.convention.has_heading && notes != nullptr)
-    notes->emplace_back("tilt only: the heading is left to the tracking");
-  note_error_model(model, notes);
-  return OrientationStream(with_error(model, std::move(samples)), options);
+  SensorReadings readings = read_sensor(a.path, options);
+  readings.source = describe(a);
+  note_error_model(a, &readings.notes);
+  return readings;
 }
 
-MountedImu load_imu(const std::string& path, std::vector<std::string>* notes) {
-  if (!holds_recording(path)) return {read_imu(path, notes), mounting_by_format(path)};
-  const auto sequence = open_sequence(path);
-  MountedImu imu{sequence->read_imu(notes), sequence->info().body_from_camera};
-  if (imu.recording.samples.empty())
-    throw Error("has no readings of an inertial sensor that serve", path, "give a recording with an accelerometer");
-  return imu;
-}
-
-std::string overlap_problem(const OrientationStream& stream, const Sequence& sequence) {
-  for (int i = 0; i < sequence.size(); ++i)
-    if (stream.lookup(sequence.time(i)).status == OrientationStatus::ok) return "";
-  const double first = to_seconds(stream.samples().front().time), final = to_seconds(stream.samples().back().time);
-  const double frames_first = to_seconds(sequence.info().first_time),
-               frames_final = to_seconds(sequence.info().last_time);
-  std::string text = fmt::format("no reading lies at any frame: the sensor's stamps are {}, the frames' {}",
-                                 seconds_text(first, final), seconds_text(frames_first, frames_final));
-  if (first <= frames_final && final >= frames_first) return text + "; the readings have gaps there";
-  const std::string unit = unit_hint(first, final, frames_first, frames_final);
-  if (!unit.empty()) return text + "; " + unit;
-  return text + fmt::format("; if both began at the same moment, --orientation-offset {:.3f} brings them together",
-                            frames_first - first);
-}
-
-std::string coverage_note(const OrientationStream& stream, const Sequence& sequence) {
-  int served = 0;
-  for (int i = 0; i < sequence.size(); ++i)
-    served += stream.lookup(sequence.time(i)).status == OrientationStatus::ok ? 1 : 0;
-  if (10 * served >= 9 * sequence.size()) return "";
-  return fmt::format(
-      "the sensor's readings lie at {} of the {} frames alone: the sensor's stamps are {}, the frames' {}", served,
-      sequence.size(),
-      seconds_text(to_seconds(stream.samples().front().time), to_seconds(stream.samples().back().time)),
-      seconds_text(to_seconds(sequence.info().first_time), to_seconds(sequence.info().last_time)));
-}
-
-RecordedOrientation recorded_orientation(const Sequence& sequence, const OrientationArguments& a) {
-  const SequenceInfo& info = sequence.info();
-  RecordedOrientation result;
-  const std::string name = sensor_of(info);
-  const auto leave_out = [&](const std::string& why) {
-    result.unused = fmt::format("inertial sensor ({}): not used, because {}", name, why);
-    return result;
-  };
-  MountedImu imu;
-  try {
-    imu.recording = sequence.read_imu(&result.notes);
-    imu.body_from_camera = info.body_from_camera;
-    if (!imu.body_from_camera && name != info.path) imu.body_from_camera = mounting_by_format(name);
-  } catch (const Error& error) {
-    return leave_out(error.what());
-  }
-  if (imu.recording.samples.empty()) return result;
-  if (!imu.recording.has_gyroscope)
-    return leave_out(
-        fmt::format("it gives the tilt alone, to a degree or two; --orientation {} uses it all the same", name));
-  if (!imu.body_from_camera && !names_mounting(a))
-    return leave_out(
-        fmt::format("nothing says how it sits on the camera; --mounting \"QX QY QZ QW\" says it, and "
-                    "--orientation {} takes its axes for the camera's",
-                    name));
-  OrientationStreamOptions options = stream_options(a);
-  const OrientationErrorModel model = a.imu_model.empty() ? OrientationErrorModel{} : error_model_of(a);
-  std::vector<OrientationSample> samples = filtered(imu, a, &options, &result.notes);
-  note_error_model(model, &result.notes);
-  OrientationStream stream(with_error(model, std::move(samples)), options);
-  if (const std::string problem = overlap_problem(stream, sequence); !problem.empty()) return leave_out(problem);
-  if (!models_orientation(a)) result.inertial.emplace(imu.recording, options.body_from_camera, options.time_offset);
-  if (const std::string note = coverage_note(stream, sequence); !note.empty()) result.notes.push_back(note);
-  result.stream.emplace(std::move(stream));
-  result.source = fmt::format("the recording's own sensor ({})", name);
-  return result;
+SensorReadings recorded_orientation(const Sequence& sequence, const OrientationArguments& a) {
+  SensorReadings readings = recorded_sensor(sequence, sensor_options(a));
+  if (readings.orientation) note_error_model(a, &readings.notes);
+  return readings;
 }
 
 std::optional<Eigen::Matrix3d> sensor_covariance(const OrientationArguments& a) {

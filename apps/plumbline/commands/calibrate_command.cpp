@@ -9,7 +9,6 @@
 
 #include "calibration/convention_check.h"
 #include "calibration/mounting_calibration.h"
-#include "calibration/orientation_calibration.h"
 #include "cli/arguments.h"
 #include "cli/backend_arguments.h"
 #include "cli/commands.h"
@@ -25,9 +24,10 @@
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
+#include "plumbline/orientation_calibration.h"
 #include "plumbline/se3.h"
 #include "plumbline/trajectory.h"
-#include "run/frame_source.h"
+#include "reconstruction/frame_source.h"
 
 namespace plumbline::app {
 namespace {
@@ -209,14 +209,14 @@ int calibrate(const CalibrateArguments& a) {
     track(a);
     return 0;
   }
-  std::vector<std::string> notes;
-  const OrientationStream stream = *load_orientation(a.orientation, &notes);
+  const SensorReadings readings = load_orientation(a.orientation);
+  const OrientationStream& stream = *readings.orientation;
   if (!stream.options().convention.has_heading)
     throw UsageError("has the tilt only, where a calibration needs the whole orientation", "--orientation",
                      "Give a file with headings.");
   const Trajectory camera = a.trajectory.empty() ? track(a) : read_poses(a);
   say("orientation {} readings from {}", stream.samples().size(), describe(a.orientation));
-  for (const std::string& note : notes) say("note       {}", note);
+  for (const std::string& note : readings.notes) say("note       {}", note);
   MountingOptions options;
   options.search.longest = a.search;
   const MountingCalibration c = calibrate_mounting(camera, stream, options);

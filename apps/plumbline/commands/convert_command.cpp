@@ -13,10 +13,10 @@
 #include "io/atomic_file.h"
 #include "io/images/png.h"
 #include "io/imu_file.h"
-#include "io/prefetch.h"
 #include "io/recorded_camera.h"
 #include "io/trajectory.h"
 #include "plumbline/error.h"
+#include "plumbline/prefetch.h"
 
 namespace plumbline::app {
 namespace {

@@ -14,7 +14,6 @@
 #include "cli/arguments.h"
 #include "cli/console.h"
 #include "commands/error_color.h"
-#include "eval/surface_error.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
 #include "plumbline/error.h"
@@ -22,6 +21,7 @@
 #include "plumbline/mesh.h"
 #include "plumbline/se3.h"
 #include "plumbline/sequence.h"
+#include "plumbline/surface_error.h"
 #include "plumbline/trajectory.h"
 #include "sim/visibility.h"
 

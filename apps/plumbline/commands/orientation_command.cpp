@@ -11,11 +11,12 @@
 #include "cli/orientation_arguments.h"
 #include "eval/orientation_error.h"
 #include "io/imu_file.h"
-#include "io/orientation_file.h"
 #include "plumbline/angles.h"
 #include "plumbline/error.h"
+#include "plumbline/files.h"
 #include "plumbline/orientation.h"
 #include "plumbline/time.h"
+#include "reconstruction/recorded_sensor.h"
 #include "sensor/madgwick.h"
 #include "sensor/orientation_filter.h"
 

@@ -17,6 +17,7 @@
 #include "plumbline/error.h"
 #include "plumbline/sequence.h"
 #include "plumbline/trajectory.h"
+#include "reconstruction/recorded_sensor.h"
 #include "report/report.h"
 #include "run/live_source.h"
 #include "run/reconstruction.h"
@@ -89,36 +90,28 @@ void set_up_live(const RunArguments& arguments, ReconstructionOptions* options) 
   };
 }
 
+void use(SensorReadings readings, ReconstructionOptions* options) {
+  options->sensor.has_heading = readings.sensor.has_heading;
+  options->orientation = std::move(readings.orientation);
+  options->inertial = std::move(readings.inertial);
+  options->orientation_source = readings.source;
+  options->orientation_notes = std::move(readings.notes);
+  options->unused = readings.unused;
+}
+
 /// Of the recording's own sensor, or of a file, which must then serve some frame.
-/// Throws Error for readings of another recording.
-void check_overlap(const OrientationArguments& arguments, const ReconstructionOptions& options) {
-  const std::string problem = overlap_problem(*options.orientation, *options.opened);
-  if (!problem.empty())
-    throw Error(problem, "--orientation " + arguments.path,
-                "Give the readings of this recording, --orientation-offset, or --orientation none.");
-}
-
-void use_recorded(RecordedOrientation recorded, ReconstructionOptions* options) {
-  options->orientation = std::move(recorded.stream);
-  options->inertial = std::move(recorded.inertial);
-  options->orientation_source = recorded.source;
-  options->orientation_notes = std::move(recorded.notes);
-  options->unused = recorded.unused;
-}
-
 void set_up_orientation(const OrientationArguments& arguments, ReconstructionOptions* options) {
-  options->orientation = load_orientation(arguments, &options->orientation_notes, &options->inertial);
-  options->orientation_source = describe(arguments);
-  if (arguments.path == kAutoOrientation || options->orientation)
-    options->opened = open_sequence(options->sequence, options->input);
-  if (arguments.path == kAutoOrientation) {
-    use_recorded(recorded_orientation(*options->opened, arguments), options);
-  } else if (options->orientation) {
-    check_overlap(arguments, *options);
-    const std::string note = coverage_note(*options->orientation, *options->opened);
-    if (!note.empty()) options->orientation_notes.push_back(note);
+  SensorReadings readings = load_orientation(arguments);
+  const bool automatic = arguments.path == kAutoOrientation;
+  if (automatic || readings.orientation) options->opened = open_sequence(options->sequence, options->input);
+  if (automatic) {
+    readings = recorded_orientation(*options->opened, arguments);
+  } else if (readings.orientation) {
+    check_overlap(*readings.orientation, *options->opened, "--orientation " + arguments.path);
+    const std::string note = coverage_note(*readings.orientation, *options->opened);
+    if (!note.empty()) readings.notes.push_back(note);
   }
-  if (options->orientation) options->sensor.has_heading = options->orientation->options().convention.has_heading;
+  use(std::move(readings), options);
 }
 
 int run(const RunArguments& arguments) {

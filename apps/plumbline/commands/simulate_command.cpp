@@ -15,15 +15,13 @@
 #include "cli/backend_arguments.h"
 #include "cli/commands.h"
 #include "cli/console.h"
-#include "commands/simulated_sequence.h"
 #include "core/threads.h"
-#include "io/mesh.h"
-#include "io/trajectory.h"
 #include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
 #include "sim/scenes.h"
+#include "sim/simulated_sequence.h"
 #include "sim/trajectory.h"
 
 namespace plumbline::app {
@@ -48,42 +46,25 @@ struct SimulateArguments {
   std::optional<std::uint64_t> sensor_seed;
 };
 
-sim::Scene load_scene(const std::string& name) {
-  const std::vector<std::string> known = sim::scene_names();
-  if (std::find(known.begin(), known.end(), name) != known.end()) return sim::make_scene(name);
-  if (fs::exists(name)) return sim::scene_of(name, read_mesh(name));
-  return as_usage([&] { return sim::make_scene(name); });  // throws, naming the known ones
-}
-
-/// The path in the scene, and in words where it comes from and what was done to it.
-sim::Motion choose_motion(const SimulateArguments& arguments, const sim::Scene& scene, SimulatedSequence* out) {
+/// The path in the scene; notes what was done to it.
+sim::Motion motion_of(const SimulateArguments& arguments, const sim::Scene& scene, SimulatedSequence* sequence) {
   sim::PathOptions path = arguments.path;
   path.seed = arguments.seed;
+  PathPlacement placement;
+  placement.clearance = arguments.clearance;
+  if (arguments.placement == "none")
+    placement.scene_from_path = SE3();
+  else if (arguments.placement != "auto")
+    placement.scene_from_path = parse_pose(arguments.placement, "--placement");
   const std::vector<std::string> kinds = sim::path_kinds();
   const bool made_up = std::find(kinds.begin(), kinds.end(), arguments.trajectory) != kinds.end();
-  if (!made_up && !fs::exists(arguments.trajectory))
-    throw UsageError("there is no such path and no such file", "--trajectory " + arguments.trajectory,
-                     "Take orbit, sweep, handheld, turntable, dance, or a file in TUM's format.");
-  sim::Smoothing smoothing;
-  sim::Motion motion = made_up ? sim::make_path(arguments.trajectory, scene, path)
-                               : sim::smooth_motion(read_trajectory(arguments.trajectory), 0.06, &smoothing);
-  if (!made_up) out->smoothing = smoothing;
-  if (arguments.placement == "auto") {
-    out->placement = sim::judge(motion, scene, SE3());
-    // A made-up path is where it should be, unless the scene is too narrow for it.
-    if (!made_up || out->placement.clearance < 0.05) out->placement = sim::place(motion, scene, arguments.clearance);
-  } else {
-    const SE3 pose = arguments.placement == "none" ? SE3() : parse_pose(arguments.placement, "--placement");
-    out->placement = sim::judge(motion, scene, pose);
-  }
-  return motion.placed(out->placement.scene_from_recorded).faster(arguments.speed);
+  if (made_up || fs::exists(arguments.trajectory)) return choose_motion(path, scene, placement, sequence);
+  return as_usage([&] { return choose_motion(path, scene, placement, sequence); });  // throws, naming the known ones
 }
 
-/// A Kinect's field of view.
-Pinhole kinect(int width, int height) {
-  const float focal_length = 525.0f * static_cast<float>(width) / 640.0f;
-  return {focal_length, focal_length, 0.5f * static_cast<float>(width - 1), 0.5f * static_cast<float>(height - 1),
-          width,        height};
+/// What is no file is a name.
+sim::Scene scene_of(const std::string& name) {
+  return fs::exists(name) ? load_scene(name) : as_usage([&] { return load_scene(name); });
 }
 
 Pinhole camera_of(const SimulateArguments& arguments) {
@@ -123,11 +104,11 @@ int simulate(const SimulateArguments& arguments) {
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                   static_cast<std::size_t>(allowed_threads(arguments.threads)));
   SimulatedSequence sequence;
-  const sim::Scene scene = load_scene(arguments.scene);
-  const sim::Motion motion = choose_motion(arguments, scene, &sequence);
+  const sim::Scene scene = scene_of(arguments.scene);
   sequence.scene = arguments.scene;
   sequence.trajectory = arguments.trajectory;
   sequence.speed = arguments.speed;
+  const sim::Motion motion = motion_of(arguments, scene, &sequence);
   sequence.turn = radians(arguments.turn);
   sequence.turn_axis = arguments.turn_axis;
   sequence.rate = arguments.rate;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "plumbline/parameters.h"
-#include "run/frame_loop.h"
+#include "reconstruction/frame_loop.h"
 
 namespace plumbline::app {
 

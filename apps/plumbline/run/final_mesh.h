@@ -1,17 +1,15 @@
-// The mesh of a run: that of its volume, and that of the final fusion where one is wanted and possible.
+// The final fusion of a run, with its progress shown.
 #pragma once
 
 #include <functional>
 
-#include "plumbline/pipeline.h"
-#include "run/frame_source.h"
+#include "reconstruction/frame_source.h"
 #include "run/reconstruction.h"
 
 namespace plumbline::app {
 
-/// Fuses the accepted frames again along the run's path and puts the mesh into `run`. Whatever keeps it from that
-/// (frames that are gone, an interruption, too little memory) leaves the mesh as it is and a note.
-void fuse_finally(const ReconstructionOptions& options, const FrameSource& source,
-                  const std::function<bool()>& stopping, Reconstruction* run);
+/// As `plumbline::fuse_finally`, with the options of the command.
+void fuse_with_progress(const ReconstructionOptions& options, const FrameSource& source,
+                        const std::function<bool()>& stopping, Reconstruction* run);
 
 }  // namespace plumbline::app

@@ -6,7 +6,7 @@
 
 #include "io/csv.h"
 #include "plumbline/parameters.h"
-#include "run/frame_loop.h"
+#include "reconstruction/frame_loop.h"
 
 namespace plumbline::app {
 

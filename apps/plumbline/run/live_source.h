@@ -13,7 +13,7 @@
 #include "plumbline/orientation.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/time.h"
-#include "run/frame_source.h"
+#include "reconstruction/frame_source.h"
 
 namespace plumbline::app {
 

@@ -2,30 +2,23 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-#include <exception>
-#include <new>
 #include <utility>
 
 #include "cli/console.h"
 #include "cli/interrupt.h"
 #include "cli/orientation_arguments.h"
+#include "cli/sequence_text.h"
 #include "io/atomic_file.h"
 #include "io/trajectory.h"
 #include "io/wrapped_sequence.h"
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
+#include "reconstruction/run_parts.h"
 #include "run/realtime_source.h"
 
 namespace plumbline::app {
 namespace {
-
-std::string volume_text(const VolumeParameters& volume) {
-  const int resolution = (volume.resolution + 7) / 8 * 8;
-  return fmt::format("{0}x{0}x{0} voxels of {1:.2f} mm, side {2:g} m, truncation {3:g} m", resolution,
-                     1e3 * volume.side / resolution, volume.side, volume.truncation);
-}
 
 /// A camera that plays in real time is not known beforehand.
 bool is_to_be_calibrated(const ReconstructionOptions& options) {
@@ -33,21 +26,17 @@ bool is_to_be_calibrated(const ReconstructionOptions& options) {
          options.realtime == 0;
 }
 
-/// What cannot be read here is told by the run, which keeps all that came before it.
-void find_depth_distortion(const Sequence& sequence, const std::vector<int>& frames,
-                           const ReconstructionOptions& options, Reconstruction* run) {
-  const auto start = std::chrono::steady_clock::now();
+std::unique_ptr<Sequence> undistorted(std::unique_ptr<Sequence> sequence, const std::vector<int>& frames,
+                                      const ReconstructionOptions& options, Reconstruction* run) {
   const InterruptGuard interrupt;
-  const CalibrationOptions calibration{
-      .parameters = options.parameters, .backend = options.backend, .threads = options.threads, .stopping = [&] {
-        return interrupt.signal() != 0;
-      }};
-  try {
-    run->depth = calibrate_depth(sequence, frames, calibration);
-  } catch (const std::exception&) {
-    if (interrupt.signal() != 0) throw Error("interrupted before the first frame was through", options.sequence, "");
-  }
-  run->depth_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  sequence = undistort_depth(std::move(sequence), frames,
+                             {.parameters = options.parameters,
+                              .backend = options.backend,
+                              .threads = options.threads,
+                              .stopping = [&] { return interrupt.signal() != 0; }},
+                             run);
+  if (interrupt.signal() != 0) throw Error("interrupted before the first frame was through", options.sequence, "");
+  return sequence;
 }
 
 std::unique_ptr<Sequence> open_noted(const ReconstructionOptions& options) {
@@ -68,18 +57,23 @@ void read_own_groundtruth(const Sequence& sequence, const ReconstructionOptions&
   }
 }
 
+std::vector<std::string> description(const Sequence& sequence, const ReconstructionOptions& options) {
+  std::vector<std::string> lines = describe(sequence);
+  if (!options.orientation) return lines;
+  for (std::string& line : describe(*options.orientation, options.orientation_source, options.orientation_notes,
+                                    options.parameters.orientation))
+    lines.push_back(std::move(line));
+  return lines;
+}
+
 std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Reconstruction* run) {
   std::unique_ptr<Sequence> sequence = open_noted(options);
   read_own_groundtruth(*sequence, options, run);
   std::vector<int> frames =
       frames_outside(*sequence, options.left_out, chosen_frames(*sequence, options.max_frames, options.stride));
   if (frames.empty()) throw Error("all frames are left out", "--leave-out", "Leave out less than the whole recording.");
-  if (is_to_be_calibrated(options)) find_depth_distortion(*sequence, frames, options, run);
-  if (run->depth) sequence = without_depth_distortion(std::move(sequence), run->depth->distortion);
-  std::vector<std::string> lines;
-  if (options.orientation)
-    lines = describe(*options.orientation, options.orientation_source, options.orientation_notes,
-                     options.parameters.orientation);
+  if (is_to_be_calibrated(options)) sequence = undistorted(std::move(sequence), frames, options, run);
+  std::vector<std::string> lines = description(*sequence, options);
   auto files = std::make_unique<FileSource>(std::move(sequence), std::move(frames),
                                             options.orientation ? &*options.orientation : nullptr, std::move(lines),
                                             options.inertial ? &*options.inertial : nullptr);
@@ -90,18 +84,6 @@ std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Re
 void load_groundtruth(const std::string& path, Reconstruction* run) {
   run->groundtruth = path.empty() ? run->sequence.groundtruth : path;
   if (!path.empty()) run->truth = read_trajectory(path);
-}
-
-std::unique_ptr<Pipeline> make_pipeline(const ReconstructionOptions& options, const FrameSource& source,
-                                        Backend& backend) {
-  const bool color = options.input.color && source.has_color() && options.parameters.volume.color;
-  try {
-    return std::make_unique<Pipeline>(options.parameters, source.info().camera, backend, options.initial_pose, color,
-                                      options.sensor);
-  } catch (const std::bad_alloc&) {
-    throw Error("there is not enough memory for " + volume_text(options.parameters.volume), "volume.resolution",
-                "Make it smaller, for example --set volume.resolution=256.");
-  }
 }
 
 void describe_run(const ReconstructionOptions& options, const FrameSource& source, const Reconstruction& run) {
@@ -129,7 +111,8 @@ OpenRun open_run(const ReconstructionOptions& options, Reconstruction* run) {
   run->orientation_notes = options.orientation_notes;
   load_groundtruth(options.groundtruth, run);
   ensure_directory(options.output);
-  open.pipeline = make_pipeline(options, *open.source, *open.backend);
+  open.pipeline = make_pipeline(options.parameters, *open.source, *open.backend, options.initial_pose,
+                                options.input.color, options.sensor);
   if (!options.quiet) describe_run(options, *open.source, *run);
   return open;
 }

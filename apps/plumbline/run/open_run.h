@@ -5,7 +5,7 @@
 
 #include "backend/backend.h"
 #include "plumbline/pipeline.h"
-#include "run/frame_source.h"
+#include "reconstruction/frame_source.h"
 #include "run/reconstruction.h"
 
 namespace plumbline::app {

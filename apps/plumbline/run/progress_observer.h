@@ -4,7 +4,7 @@
 #include <string>
 
 #include "cli/progress.h"
-#include "run/frame_loop.h"
+#include "reconstruction/frame_loop.h"
 
 namespace plumbline::app {
 

@@ -9,7 +9,7 @@
 
 #include "plumbline/frame.h"
 #include "plumbline/time.h"
-#include "run/frame_source.h"
+#include "reconstruction/frame_source.h"
 
 namespace plumbline::app {
 

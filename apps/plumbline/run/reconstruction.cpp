@@ -5,48 +5,23 @@
 
 #include "cli/interrupt.h"
 #include "plumbline/error.h"
+#include "reconstruction/run_parts.h"
 #include "run/diagnostics.h"
 #include "run/frame_log.h"
-#include "run/frame_loop.h"
 #include "run/open_run.h"
-#include "run/orientation_check.h"
 #include "run/progress_observer.h"
 #include "run/run_outputs.h"
 
 namespace plumbline::app {
 namespace {
 
-/// Keeps what summary and report are made of.
-class RunRecord : public FrameObserver {
+/// Keeps what the summary says of reading.
+class ReadRecord : public FrameObserver {
  public:
-  explicit RunRecord(Reconstruction* run) : run_(*run) {}
-
-  void observe(const ProcessedFrame& processed) override {
-    const FrameReport& report = processed.report;
-    const bool is_taken_back = report.is_after_interruption || report.tracking.reason == LostReason::unconfirmed;
-    if (is_taken_back) take_back();
-    run_.frames.push_back(report);
-    run_.reads.push_back(processed.read);
-    if (report.tracking.status == TrackingStatus::provisional) provisional_.push_back(run_.frames.size() - 1);
-    if (!has_pose(report.tracking.status)) return;
-    for (const std::size_t i : provisional_) add_pose(run_.frames[i]);
-    provisional_.clear();
-    add_pose(report);
-  }
-
-  /// What is provisional at the end of the run will never be confirmed.
-  void take_back() {
-    for (const std::size_t i : provisional_) {
-      run_.frames[i].tracking.status = TrackingStatus::lost;
-      run_.frames[i].tracking.reason = LostReason::unconfirmed;
-    }
-    provisional_.clear();
-  }
+  explicit ReadRecord(Reconstruction* run) : run_(*run) {}
+  void observe(const ProcessedFrame& processed) override { run_.reads.push_back(processed.read); }
 
  private:
-  void add_pose(const FrameReport& report) { run_.trajectory.push_back({report.time, report.world_from_camera}); }
-
-  std::vector<std::size_t> provisional_;  ///< frames whose place is not yet confirmed
   Reconstruction& run_;
 };
 
@@ -55,25 +30,21 @@ std::exception_ptr process_frames(const ReconstructionOptions& options, const Op
                                   const InterruptGuard& interrupt, FrameLog* log, Reconstruction* run) {
   ProgressObserver progress(open.source->total(), options.quiet);
   const Note note = [&](const std::string& line) { progress.note(line); };
-  RunRecord record(run);
-  OrientationObserver orientation(open.source->orientation(), note);
+  ReadRecord reads(run);
   DiagnosticsObserver diagnostics(options.output, {options.pixel_use_frames, options.icp_frames}, options.parameters,
                                   note);
   std::exception_ptr failure;
   try {
-    run_frames(
-        *open.source, *open.pipeline, {log, &record, &orientation, &progress, &diagnostics},
-        [&] { return interrupt.signal() != 0; }, note);
+    plumbline::process_frames(*open.source, *open.pipeline,
+                              {{log, &reads, &progress, &diagnostics}, [&] { return interrupt.signal() != 0; }, note},
+                              run);
   } catch (...) {
     failure = std::current_exception();
   }
-  record.take_back();
-  run->orientation_message = orientation.message();
   run->icp_traces = diagnostics.icp_traces();
   run->signal = interrupt.signal();
   run->wall_seconds = progress.seconds();
   run->live = open.source->live();
-  run->skipped = open.source->skipped();
   if (options.open_live) run->sequence = open.source->info();
   return failure;
 }

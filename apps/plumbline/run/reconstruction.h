@@ -11,15 +11,16 @@
 #include "plumbline/consistency.h"
 #include "plumbline/evaluation.h"
 #include "plumbline/fusion.h"
+#include "plumbline/imu_stream.h"
 #include "plumbline/mesh.h"
+#include "plumbline/orientation_stream.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pipeline.h"
+#include "plumbline/reconstruct.h"
 #include "plumbline/se3.h"
 #include "plumbline/sequence.h"
 #include "plumbline/trajectory.h"
-#include "run/frame_source.h"
-#include "sensor/imu_stream.h"
-#include "sensor/orientation_stream.h"
+#include "reconstruction/frame_source.h"
 
 namespace plumbline::app {
 
@@ -58,29 +59,12 @@ struct ReconstructionOptions {
   std::string command_line;  ///< for the summary
 };
 
-/// What a run did; the files in the output folder say the same.
-struct Reconstruction {
-  SequenceInfo sequence;
-  Parameters parameters;
-  std::string backend;  ///< in words
+/// What a run of the program did; the files in the output folder say the same.
+struct Reconstruction : plumbline::Reconstruction {
   std::string command_line;
-  std::vector<FrameReport> frames;     ///< every frame that was processed
-  std::vector<ReadTimes> reads;        ///< one a frame
-  Trajectory trajectory;               ///< of the tracked frames, and of provisional ones since confirmed
-  Mesh mesh;                           ///< empty if none was asked for
-  std::optional<FusionResult> fusion;  ///< of the final fusion, without its mesh: that is `mesh`
-  double fusion_seconds = 0;           ///< that it took
-  std::string fusion_note;             ///< why the mesh is that of the volume although a final fusion was wanted
-  ModelConsistency consistency;        ///< of the views with the final model
-  SE3 world_from_volume;               ///< of the volume's corner
-  double volume_side = 0;              ///< metres
-  std::string orientation;             ///< source in words, or empty
-  std::vector<std::string> orientation_notes;   ///< what was concluded about it
-  std::string orientation_message;              ///< what the user should know about the readings, or empty
-  std::optional<DepthCalibrationResult> depth;  ///< the distortion that this run found and took out
-  double depth_seconds = 0;                     ///< that finding it took
-  std::string groundtruth;                      ///< path, or empty
-  Trajectory truth;                             ///< its poses, or empty
+  std::vector<ReadTimes> reads;  ///< one a frame
+  std::string groundtruth;       ///< path, or empty
+  Trajectory truth;              ///< its poses, or empty
   std::optional<eval::AbsoluteError> ate;
   std::string ate_note;            ///< why there is no `ate` although there is a ground truth
   std::optional<LiveCounts> live;  ///< of a live run
@@ -88,11 +72,7 @@ struct Reconstruction {
   std::vector<std::string> icp_traces;  ///< what was written for `icp_frames`, JSON
   std::string failure;                  ///< message of what ended the run early, or empty
   std::string report;                   ///< path of report.html, or empty if there is none
-  std::vector<std::string> skipped;     ///< why frames could not be read, a sentence each
   int signal = 0;                       ///< that ended the run early, or 0
-
-  int tracked() const { return static_cast<int>(trajectory.size()); }
-  int lost() const { return static_cast<int>(frames.size() - trajectory.size()); }
 };
 
 /// Ctrl-C finishes the current frame; what was reached is written. If a frame cannot be read, what was reached is

@@ -13,6 +13,7 @@
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
+#include "reconstruction/run_parts.h"
 #include "run/final_mesh.h"
 #include "run/summary.h"
 
@@ -41,15 +42,10 @@ void write_meshes(const ReconstructionOptions& options, const Mesh& mesh) {
   for (const std::string& name : options.mesh_files) write_mesh(output_path(options, name), mesh);
 }
 
-void write_volume_mesh(const ReconstructionOptions& options, const Pipeline& pipeline, Reconstruction* run) {
-  run->mesh = pipeline.extract_mesh();
-  write_meshes(options, run->mesh);
-}
-
-/// In place of the volume's, which stays where this one cannot be made or written whole.
+/// Replaces the volume's, which stays where this one cannot be made or written whole.
 void write_fused_mesh(const ReconstructionOptions& options, const FrameSource& source, const InterruptGuard& interrupt,
                       Reconstruction* run) {
-  fuse_finally(
+  fuse_with_progress(
       options, source, [&] { return interrupt.signal() != 0; }, run);
   run->signal = interrupt.signal();
   if (!run->fusion) return;
@@ -108,10 +104,8 @@ void write_outputs(const ReconstructionOptions& options, const OpenRun& open, co
   // The trajectory first: it is the smallest, and what a full disk should spare.
   write_tum_trajectory(output_path(options, "trajectory.txt"), run->trajectory);
   evaluate(run);
-  run->consistency = open.pipeline->check_consistency();
-  run->world_from_volume = open.pipeline->world_from_volume();
-  run->volume_side = open.pipeline->volume_side();
-  if (options.mesh) write_volume_mesh(options, *open.pipeline, run);
+  take_surface(*open.pipeline, options.mesh, run);
+  if (options.mesh) write_meshes(options, run->mesh);
   write_file(output_path(options, "config.toml"), to_toml(options.parameters));
   write_depth(output_path(options, "depth.toml"), *run);
   log->commit();

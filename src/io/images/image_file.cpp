@@ -6,6 +6,7 @@
 #include "io/images/tiff.h"
 #include "io/text_file.h"
 #include "plumbline/error.h"
+#include "plumbline/frame.h"
 
 namespace plumbline {
 namespace {
@@ -14,16 +15,6 @@ namespace {
   if (bytes.empty()) throw Error("the image file is empty", path, "copy or download the file again");
   throw Error("is neither a PNG nor a JPEG, and no TIFF, PGM, EXR or NPY of depth", path,
               "give images in one of these formats");
-}
-
-/// Values times `unit`, rounded; 0 for those that are no depth.
-DepthImage readings_of(const Image<float>& values, double unit) {
-  DepthImage depth(values.width, values.height);
-  for (std::size_t i = 0; i < values.pixels.size(); ++i) {
-    const double reading = values.pixels[i] * unit + 0.5;
-    depth.pixels[i] = reading >= 1 && reading < 65536 ? static_cast<std::uint16_t>(reading) : std::uint16_t{0};
-  }
-  return depth;
 }
 
 }  // namespace

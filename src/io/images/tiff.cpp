@@ -41,6 +41,9 @@ toff_t seek(thandle_t handle, toff_t offset, int whence) {
 int close_nothing(thandle_t) { return 0; }
 toff_t size_of(thandle_t handle) { return static_cast<TiffCursor*>(handle)->bytes.size(); }
 
+/// 1: the message is dealt with.
+int say_nothing(TIFF*, void*, const char*, const char*, va_list) { return 1; }
+
 struct TiffCloser {
   void operator()(TIFF* tiff) const { TIFFClose(tiff); }
 };
@@ -48,10 +51,13 @@ struct TiffCloser {
 /// An open file in memory. libtiff's own messages go nowhere.
 struct Reader {
   Reader(std::string_view bytes, const std::string& file_name) : cursor{bytes}, name(file_name) {
-    TIFFSetErrorHandler(nullptr);
-    TIFFSetWarningHandler(nullptr);
-    tiff.reset(TIFFClientOpen("tiff", "rm", &cursor, read_bytes, write_nothing, seek, close_nothing, size_of, nullptr,
-                              nullptr));
+    // Handlers of this file alone: those that libtiff keeps for the whole process are the caller's.
+    const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(),
+                                                                                   TIFFOpenOptionsFree);
+    TIFFOpenOptionsSetErrorHandlerExtR(options.get(), say_nothing, nullptr);
+    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), say_nothing, nullptr);
+    tiff.reset(TIFFClientOpenExt("tiff", "rm", &cursor, read_bytes, write_nothing, seek, close_nothing, size_of,
+                                 nullptr, nullptr, options.get()));
     if (!tiff) fail("is a damaged TIFF");
     TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
     TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);

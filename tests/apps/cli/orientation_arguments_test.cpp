@@ -3,10 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
-#include "calibration/orientation_calibration.h"
 #include "cli/arguments.h"
 #include "cli/orientation_arguments.h"
 #include "plumbline/angles.h"
+#include "plumbline/orientation_calibration.h"
 #include "plumbline/se3.h"
 #include "support/error_of.h"
 #include "support/temp_folder.h"
@@ -29,7 +29,9 @@ std::optional<OrientationStream> load(std::vector<std::string> words, std::vecto
   add_orientation_arguments(command, arguments);
   std::reverse(words.begin(), words.end());
   command.parse(words);
-  return load_orientation(arguments, notes);
+  SensorReadings readings = load_orientation(arguments);
+  if (notes != nullptr) *notes = readings.notes;
+  return std::move(readings.orientation);
 }
 
 class OrientationOptions : public testing::Test {

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "calibration/orientation_calibration.h"
 #include "plumbline/angles.h"
 #include "plumbline/calibration.h"
+#include "plumbline/orientation_calibration.h"
 #include "plumbline/se3.h"
 #include "support/program.h"
 #include "support/small_sequence.h"

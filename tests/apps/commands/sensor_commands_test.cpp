@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/sensor_model.h"
-#include "io/orientation_file.h"
 #include "plumbline/angles.h"
+#include "plumbline/files.h"
 #include "plumbline/se3.h"
 #include "support/program.h"
 #include "support/small_sequence.h"

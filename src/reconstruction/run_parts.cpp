@@ -1,0 +1,76 @@
+#include "reconstruction/run_parts.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <exception>
+#include <new>
+#include <utility>
+
+#include "plumbline/error.h"
+#include "reconstruction/orientation_check.h"
+#include "reconstruction/run_record.h"
+
+namespace plumbline {
+namespace {
+
+/// Runs `finish` however the scope is left.
+template <class Finish>
+struct AtEnd {
+  Finish finish;
+  ~AtEnd() { finish(); }
+};
+
+}  // namespace
+
+std::unique_ptr<Sequence> undistort_depth(std::unique_ptr<Sequence> sequence, const std::vector<int>& frames,
+                                          const CalibrationOptions& options, Reconstruction* run) {
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    run->depth = calibrate_depth(*sequence, frames, options);
+  } catch (const std::exception&) {
+    run->depth.reset();
+  }
+  run->depth_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!run->depth) return sequence;
+  return without_depth_distortion(std::move(sequence), run->depth->distortion);
+}
+
+std::unique_ptr<Pipeline> make_pipeline(const Parameters& parameters, const FrameSource& source, Backend& backend,
+                                        const SE3& initial_pose, bool with_color, const OrientationSensor& sensor) {
+  const bool color = with_color && source.has_color() && parameters.volume.color;
+  try {
+    return std::make_unique<Pipeline>(parameters, source.info().camera, backend, initial_pose, color, sensor);
+  } catch (const std::bad_alloc&) {
+    throw Error("there is not enough memory for " + volume_text(parameters.volume), "volume.resolution",
+                "Make it smaller, for example --set volume.resolution=256.");
+  }
+}
+
+std::string volume_text(const VolumeParameters& volume) {
+  const int resolution = (volume.resolution + 7) / 8 * 8;
+  return fmt::format("{0}x{0}x{0} voxels of {1:.2f} mm, side {2:g} m, truncation {3:g} m", resolution,
+                     1e3 * volume.side / resolution, volume.side, volume.truncation);
+}
+
+void process_frames(FrameSource& source, Pipeline& pipeline, const RunHooks& hooks, Reconstruction* run) {
+  RunRecord record(run);
+  OrientationObserver orientation(source.orientation(), hooks.note);
+  std::vector<FrameObserver*> observers = {&record, &orientation};
+  observers.insert(observers.end(), hooks.observers.begin(), hooks.observers.end());
+  const AtEnd end{[&] {
+    record.take_back();
+    run->orientation_message = orientation.message();
+    run->skipped = source.skipped();
+  }};
+  run_frames(source, pipeline, observers, hooks.stopping, hooks.note);
+}
+
+void take_surface(const Pipeline& pipeline, bool with_mesh, Reconstruction* run) {
+  run->consistency = pipeline.check_consistency();
+  run->world_from_volume = pipeline.world_from_volume();
+  run->volume_side = pipeline.volume_side();
+  if (with_mesh) run->mesh = pipeline.extract_mesh();
+}
+
+}  // namespace plumbline
