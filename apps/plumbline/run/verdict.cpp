@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "cli/console.h"
 #include "plumbline/time.h"
 #include "run/summary.h"
+#include "tracking/starts.h"
 
 namespace plumbline::app {
 namespace {
@@ -25,21 +25,20 @@ double share_of(std::ptrdiff_t part, std::size_t whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
-/// Metres by which the images leave the camera's position open in its weakest direction, one standard deviation.
-double weakest_direction(const TrackingResult& tracking) {
-  const Eigen::Matrix3d covariance = tracking.pose_covariance.bottomRightCorner<3, 3>();
-  return std::sqrt(std::max(
-      0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues().z()));
-}
-
-/// Over the tracked frames after the first; one that was singular leaves a direction open altogether.
-std::vector<double> weakest_directions(const Reconstruction& run) {
-  constexpr double kOpen = 1;  // metre
+/// A figure of every frame that was registered and tracked.
+template <class Figure>
+std::vector<double> of_tracked(const Reconstruction& run, const Figure& figure) {
   std::vector<double> all;
   for (const FrameReport& frame : run.frames)
     if (frame.tracking.status == TrackingStatus::tracked && !frame.tracking.iterations.empty())
-      all.push_back(frame.tracking.rank < 6 ? kOpen : weakest_direction(frame.tracking));
+      all.push_back(figure(frame.tracking));
   return all;
+}
+
+/// Of the 6×6 system of the registration; a singular one leaves a direction open altogether.
+double condition_of(const TrackingResult& tracking) {
+  constexpr double kSingular = 1e6;
+  return tracking.rank < 6 ? kSingular : tracking.condition;
 }
 
 double percentile(std::vector<double> values, double share) {
@@ -47,6 +46,19 @@ double percentile(std::vector<double> values, double share) {
   const auto at = std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
   return values[at];
+}
+
+void add_fit_doubts(const Reconstruction& run, std::vector<Doubt>* doubts) {
+  const double distance = percentile(of_tracked(run, [](const TrackingResult& t) { return t.median_distance; }), 0.5);
+  doubts->push_back({"median_distance_m", distance, 0.018, 0.026,
+                     fmt::format("The frames lie {} from the model (median): they do not fit it as a right path would.",
+                                 length_text(distance))});
+  const std::vector<double> agreements = of_tracked(run, [](const TrackingResult& t) { return agreement(t); });
+  const double disagreement = agreements.empty() ? 0 : 1 - percentile(agreements, 0.5);
+  doubts->push_back(
+      {"disagreement", disagreement, 0.88, 0.97,
+       "Half of the frames share hardly more with the model than they contradict it: the path is probably "
+       "wrong."});
 }
 
 void add_tracking_doubts(const Reconstruction& run, std::vector<Doubt>* doubts) {
@@ -61,11 +73,12 @@ void add_tracking_doubts(const Reconstruction& run, std::vector<Doubt>* doubts) 
        fmt::format("{:.0f}\u00a0% of the frames fitted only from another start than the expected one: the "
                    "motion was fast, or the view ambiguous.",
                    percent(retries))});
-  const double open = percentile(weakest_directions(run), 0.9);
-  doubts->push_back({"weak_direction_m", open, 0.01, 0.05,
-                     fmt::format("In a tenth of the frames the view left the position open by {} or more along one "
-                                 "direction (a bare wall, a corridor): look at edges and things as well.",
-                                 length_text(open))});
+  const double condition = percentile(of_tracked(run, condition_of), 0.9);
+  doubts->push_back(
+      {"condition", condition, 500, 3000,
+       "In a tenth of the frames or more the view left a direction nearly open (a bare wall, a corridor), "
+       "along which the camera may have slid: look at edges and things as well."});
+  add_fit_doubts(run, doubts);
   const double revoked = interruptions(run).revoked;
   doubts->push_back(
       {"revoked_places", revoked, 1, 5,

@@ -21,7 +21,11 @@ app::Reconstruction tracked_run(int frames) {
     frame.tracking.status = i == 0 ? TrackingStatus::initialised : TrackingStatus::tracked;
     frame.tracking.rank = 6;
     frame.tracking.iterations = {4, 4, 4};
-    frame.tracking.pose_covariance = Matrix6d::Identity() * 1e-6;
+    frame.tracking.condition = 80;
+    frame.tracking.median_distance = 0.004;
+    frame.tracking.pairs = 1000;
+    frame.tracking.inliers = 900;
+    frame.tracking.inlier_fraction = 0.8;
     run.frames.push_back(frame);
     run.trajectory.push_back({frame.time, SE3()});
   }
@@ -60,7 +64,17 @@ TEST(Verdict, AViewThatLeavesADirectionOpenIsSaid) {
   for (std::size_t i = 40; i < 70; ++i) run.frames[i].tracking.rank = 5;
   const Verdict verdict = app::verdict_of(run);
   EXPECT_EQ(verdict.level, Verdict::Level::poor);
-  EXPECT_THAT(verdict.text, HasSubstr("left the position open"));
+  EXPECT_THAT(verdict.text, HasSubstr("left a direction nearly open"));
+}
+
+TEST(Verdict, FramesThatDoNotFitTheModelAreSaid) {
+  app::Reconstruction run = tracked_run(100);
+  for (FrameReport& frame : run.frames) frame.tracking.median_distance = 0.03;
+  EXPECT_EQ(app::verdict_of(run).level, Verdict::Level::poor);
+  EXPECT_THAT(app::verdict_of(run).text, HasSubstr("from the model (median)"));
+  run = tracked_run(100);
+  for (FrameReport& frame : run.frames) frame.tracking.inliers = 10;
+  EXPECT_NE(app::verdict_of(run).level, Verdict::Level::good);
 }
 
 TEST(Verdict, WarningsOfTheInputAndTheSensorAreWeighed) {
