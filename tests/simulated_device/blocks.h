@@ -21,7 +21,7 @@ struct Shape {
 bool run_blocks(const std::string& name, const Shape& shape, int resident, const Call& call, std::uint64_t seed,
                 std::size_t* touched_shared);
 
-/// What a launch can have of shared memory of its own size, bytes: sm_90 at most.
+/// Largest size of the shared memory that a launch sets, bytes (sm_90).
 constexpr std::size_t kDynamicShared = 227 * 1024;
 
 /// What the running thread may touch beside the arenas.
