@@ -251,7 +251,7 @@ struct FuseFineBrick {
  private:
   static constexpr float kMinSlope = 0.15f;   ///< of what only tells that space is free
   static constexpr float kBehind = 0.1f;      ///< weight as far behind the surface as distances are measured
-  static constexpr float kColorReach = 0.5f;  ///< of `reach`
+  static constexpr float kColorReach = 0.3f;  ///< of `reach`
   static constexpr float kColorWeight = 24.0f, kColorDepth = 0.7f, kMaxColorWeight = 160.0f;
 
   template <class F>

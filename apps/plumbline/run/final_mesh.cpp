@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <new>
-#include <utility>
 #include <vector>
 
 #include "cli/progress.h"
@@ -57,7 +56,7 @@ FusionOptions fusion_options(const ReconstructionOptions& options, const std::fu
 std::string fuse(const ReconstructionOptions& options, const Sequence& recording, const std::function<bool()>& stopping,
                  Reconstruction* run) {
   const std::vector<FusionFrame> frames = accepted_frames(*run);
-  Progress progress(static_cast<int>(frames.size()), options.quiet, {"final fusion: frame", "fused", "left out"});
+  Progress progress(static_cast<int>(frames.size()), options.quiet, {"frame", "fused again", "left out"});
   try {
     run->fusion = fuse_frames(recording, frames, fusion_options(options, stopping, run->mesh, &progress));
     if (!run->fusion) return stopping() ? "interrupted" : "no frame could be fused again";
@@ -66,7 +65,6 @@ std::string fuse(const ReconstructionOptions& options, const Sequence& recording
   } catch (const Error& error) {
     return error.what();
   }
-  run->mesh = std::exchange(run->fusion->mesh, {});
   return "";
 }
 

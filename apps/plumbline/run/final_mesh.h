@@ -9,8 +9,8 @@
 
 namespace plumbline::app {
 
-/// Fuses the accepted frames again along the run's path and puts the mesh into `run`. Whatever keeps it from that
-/// (frames that are gone, an interruption, too little memory) leaves the mesh as it is and a note.
+/// Fuses the accepted frames again along the run's path into `run->fusion`. Whatever keeps it from that (frames that
+/// are gone, an interruption, too little memory) leaves a note.
 void fuse_finally(const ReconstructionOptions& options, const FrameSource& source,
                   const std::function<bool()>& stopping, Reconstruction* run);
 
