@@ -159,6 +159,7 @@ bool FineMap::make_touched_bricks(const View& view) {
                                  camera_,
                                  to_kernel(view.window_from_camera),
                                  view.metres_per_reading,
+                                 view_.voxel_size,
                                  view_.brick_size(),
                                  noise_,
                                  ray_step(camera_, double{view_.brick_size()}),
