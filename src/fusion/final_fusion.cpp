@@ -59,11 +59,15 @@ std::vector<double> sampled_depths(const Sequence& sequence, const std::vector<F
   return depths;
 }
 
-/// The median of a pixel's footprint or the noise, whichever is larger, within limits. docs/method.md §10.
-double chosen_detail(const std::vector<double>& depths, double focal_length) {
+/// The median of a pixel's footprint or the noise, whichever is larger, and so large that nine of ten readings are near
+/// enough to make a surface; within limits. docs/method.md §10.
+double chosen_detail(std::vector<double> depths, double focal_length) {
   std::vector<double> resolutions;
   for (const double z : depths) resolutions.push_back(std::max(z / focal_length, reading_sigma(z)));
-  return std::clamp(kStep * std::round(median(std::move(resolutions)) / kStep), kFinest, kCoarsest);
+  const auto far = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() * 9 / 10);
+  std::nth_element(depths.begin(), far, depths.end());
+  const double detail = std::max(median(std::move(resolutions)), reading_sigma(*far) / FineMap::max_sigma(1));
+  return std::clamp(kStep * std::round(detail / kStep), kFinest, kCoarsest);
 }
 
 /// Where that is more than a few.

@@ -23,7 +23,7 @@ constexpr double kBestDepth = 0.5;       // metres: a reading there weighs 1
 // Readings that may see through a voxel for each that met it, and the step from voxel to voxel, in voxels.
 constexpr float kMaxThrough = 1, kMaxStep = 3;
 // Voxels in the noise of a reading that may still meet a surface: beyond, a wall would be a cloud of fine bricks.
-constexpr double kMaxSigma = 10;
+constexpr double kMaxSigma = 6;
 // Images smaller than this are not halved for their normals.
 constexpr int kLargeImage = 400;
 // Room for lanes beyond the final brick.
@@ -159,6 +159,7 @@ bool FineMap::make_touched_bricks(const View& view) {
                                  camera_,
                                  to_kernel(view.window_from_camera),
                                  view.metres_per_reading,
+                                 view_.voxel_size,
                                  view_.brick_size(),
                                  noise_,
                                  ray_step(camera_, double{view_.brick_size()}),

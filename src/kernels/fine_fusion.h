@@ -120,7 +120,7 @@ struct TouchedBricks {
   PlaneView<const std::int32_t> readings;  ///< of `WeighReadings`
   Pinhole camera;
   RigidTransform window_from_camera;  ///< metres, from the window's first corner on
-  float metres_per_reading, brick_size;
+  float metres_per_reading, voxel_size, brick_size;
   FusionNoise noise;
   int step;            ///< pixels
   std::int32_t* keys;  ///< kSamples for each pixel, those of a row sample by sample, `stride` apart; −1: none
@@ -140,7 +140,7 @@ struct TouchedBricks {
     const SurfaceReading<F> reading = SurfaceReading<F>::unpack(word, metres_per_reading);
     const auto met = inside && reading.slope > F(0.0f);
     const float spacing = 0.7f * brick_size;
-    const F across = max(F(kReachVoxels / kBrickSide * brick_size), noise.sigma<F>(reading.depth) * kReachSigmas);
+    const F across = max(F(kReachVoxels * voxel_size), noise.sigma<F>(reading.depth) * kReachSigmas);
     const F reach = min(across / max(reading.slope, F(kMinSlope)), F(spacing * (kSamples / 2)));
     const F v(static_cast<float>(y * step));
     for (int k = 0; k < kSamples; ++k) {
@@ -251,7 +251,8 @@ struct FuseFineBrick {
  private:
   static constexpr float kMinSlope = 0.15f;   ///< of what only tells that space is free
   static constexpr float kBehind = 0.1f;      ///< weight as far behind the surface as distances are measured
-  static constexpr float kColorReach = 0.5f;  ///< of `reach`
+  static constexpr float kNoisy = 2.0f;       ///< standard deviations behind the surface that weigh as much as before
+  static constexpr float kColorReach = 0.3f;  ///< of `reach`
   static constexpr float kColorWeight = 24.0f, kColorDepth = 0.7f, kMaxColorWeight = 160.0f;
 
   template <class F>
@@ -284,12 +285,12 @@ struct FuseFineBrick {
   }
 
   /// The weighted mean, with 1/σ² · cos of the incidence; less behind the surface, where another side may be seen from
-  /// elsewhere. Returns the lanes behind a surface.
+  /// elsewhere, but not within the noise: that would draw the surface back. Returns the lanes behind a surface.
   template <class F>
   PL_HD Mask<F> update_distance(float* address, const Measured<F>& m, Evidence<F>* e) const {
     const F zero(0.0f), one(1.0f), old = load<F>(address);
     const F relative = F(noise.best_sigma) / m.sigma;
-    const F behind = min(max(madd(m.distance / m.reach, F(1.0f - kBehind), one), F(kBehind)), one);
+    const F behind = min(max((m.reach + m.distance) / (m.reach - m.sigma * kNoisy), F(kBehind)), one);
     const F weight = select(m.met, relative * relative * min(m.slope, one) * behind, zero);
     const F sum = e->weight + weight;
     const F distance = select(m.met, old + (m.distance - old) * (weight / max(sum, F(1e-20f))), old);

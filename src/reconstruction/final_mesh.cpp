@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <new>
-#include <utility>
 #include <vector>
 
 #include "plumbline/error.h"
@@ -47,7 +46,6 @@ std::string fuse(const FusionOptions& options, const Sequence& recording, Recons
   } catch (const Error& error) {
     return error.what();
   }
-  run->mesh = std::exchange(run->fusion->mesh, {});
   return "";
 }
 

@@ -8,9 +8,9 @@
 
 namespace plumbline {
 
-/// Fuses the accepted frames again along the run's path and puts the mesh into `run`. Whatever keeps it from that
-/// (frames that are gone, an interruption, too little memory) leaves the mesh as it is and a note. Of `options`, what
-/// follows from the run is filled in: the range of depth, colour and what the surface is expected to need.
+/// Fuses the accepted frames again along the run's path into `run->fusion`. Whatever keeps it from that (frames that
+/// are gone, an interruption, too little memory) leaves a note. Of `options`, what follows from the run is filled in:
+/// the range of depth, colour and what the surface is expected to need.
 void fuse_finally(FusionOptions options, const FrameSource& source, Reconstruction* run);
 
 }  // namespace plumbline

@@ -103,6 +103,7 @@ Reconstruction reconstruct(const Sequence& given, const ReconstructOptions& opti
                  &run);
   take_surface(*pipeline, options.mesh, &run);
   if (options.mesh && options.final_fusion) fuse_finally(fusion_options(options), source, &run);
+  if (run.fusion) run.mesh = std::exchange(run.fusion->mesh, {});
   return run;
 }
 

@@ -35,7 +35,12 @@ void check_mesh_name(const std::string& name) {
   if (std::filesystem::path(name).filename() != name)
     throw UsageError("'" + name + "' is no name of a file in the output folder", "--mesh",
                      "Give a name without a folder.");
-  as_usage([&] { check_mesh_format(name); });
+  try {
+    check_mesh_format(name);
+  } catch (const Error&) {
+    throw UsageError("the format of '" + name + "' is not known", "--mesh",
+                     "Give a name that ends in .ply, .obj, .stl or .glb.");
+  }
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "run/final_mesh.h"
 
+#include <utility>
+
 #include "cli/progress.h"
 #include "reconstruction/final_mesh.h"
 
@@ -12,7 +14,7 @@ void fuse_with_progress(const ReconstructionOptions& options, const FrameSource&
   fusion.threads = options.threads;
   if (options.backend.starts_with("cpu")) fusion.backend = options.backend;
   fusion.stopping = stopping;
-  Progress progress(run->tracked(), options.quiet, {"final fusion: frame", "fused", "left out"});
+  Progress progress(run->tracked(), options.quiet, {"frame", "fused again", "left out"});
   fusion.on_progress = [&](const FusionProgress& state) { progress.update(state.done, state.done, 0); };
   fuse_finally(std::move(fusion), source, run);
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <utility>
 
 #include "cli/console.h"
 #include "io/atomic_file.h"
@@ -50,7 +51,8 @@ void write_fused_mesh(const ReconstructionOptions& options, const FrameSource& s
   run->signal = interrupt.signal();
   if (!run->fusion) return;
   try {
-    write_meshes(options, run->mesh);
+    write_meshes(options, run->fusion->mesh);
+    run->mesh = std::exchange(run->fusion->mesh, {});
   } catch (const Error& error) {
     run->fusion_note = error.what();
     run->fusion.reset();
