@@ -4,24 +4,24 @@ set(library_package libplumbline${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR
 set(PLUMBLINE_CONTACT "Plumbline <plumbline@example.org>" CACHE STRING "Maintainer of the Debian packages")
 set(debian_version ${PROJECT_VERSION}-1)
 
-# NAME of the package, its COMPONENT, section, a line that describes it, and a paragraph.
-function(plumbline_package component name section summary text)
+# NAME of a COMPONENT's package, its section, and what it holds, in lines of at most 78 characters.
+function(plumbline_package component name section text)
   string(TOUPPER ${component} COMPONENT)
   set(CPACK_DEBIAN_${COMPONENT}_PACKAGE_NAME ${name} PARENT_SCOPE)
   set(CPACK_DEBIAN_${COMPONENT}_PACKAGE_SECTION ${section} PARENT_SCOPE)
-  set(CPACK_COMPONENT_${COMPONENT}_DESCRIPTION "${summary}\n${text}" PARENT_SCOPE)
-  set(CPACK_DEBIAN_${COMPONENT}_DESCRIPTION "${summary}\n${text}" PARENT_SCOPE)
+  set(CPACK_DEBIAN_${COMPONENT}_DESCRIPTION "${about}\n${text}" PARENT_SCOPE)
   set(documents ${CMAKE_CURRENT_BINARY_DIR}/documents)
   install(FILES ${documents}/copyright ${documents}/changelog.Debian.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name}
     COMPONENT ${component} OPTIONAL)
 endfunction()
 
-set(about "Plumbline makes a camera trajectory and a mesh from depth images, on an ordinary CPU, with or without an orientation sensor (KinectFusion family).")
-plumbline_package(program plumbline science "dense 3D reconstruction from a depth camera" "${about}")
-plumbline_package(library ${library_package} libs "dense 3D reconstruction from a depth camera (library)" "${about}")
-plumbline_package(development libplumbline-dev libdevel "dense 3D reconstruction from a depth camera (development files)"
-  "${about} These are the headers, the static library, the CMake package and the pkg-config modules.")
-plumbline_package(python python3-plumbline python "dense 3D reconstruction from a depth camera (Python module)" "${about}")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "dense 3D reconstruction from a depth camera")
+set(about "Plumbline makes a camera trajectory and a mesh from depth images, on an\nordinary CPU, with or without an orientation sensor (KinectFusion family).")
+plumbline_package(program plumbline science "This is the program.")
+plumbline_package(library ${library_package} libs "This is the shared library.")
+plumbline_package(development libplumbline-dev libdevel
+  "These are the headers, the static library, the CMake package and the\npkg-config modules.")
+plumbline_package(python python3-plumbline python "This is the Python module.")
 
 file(READ debian/copyright copyright)
 file(CONFIGURE OUTPUT documents/copyright CONTENT "${copyright}" @ONLY)
@@ -55,6 +55,7 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/debian/triggers)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "${library_package} (= ${debian_version}), libeigen3-dev (>= 3.4)")
 # What the static library is linked with besides.

@@ -4,8 +4,10 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +21,8 @@
 namespace plumbline::python {
 
 namespace py = pybind11;
+
+using Path = std::filesystem::path;  ///< str or os.PathLike in Python
 
 /// A view of memory that `owner` keeps alive; nothing is copied.
 template <class T>

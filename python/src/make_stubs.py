@@ -40,6 +40,7 @@ def type_of(text: str) -> str:
     text = re.sub(r"\bplumbline::\w+(::\w+)*\b", "Any", text)
     text = re.sub(r"(plumbline\.)?_plumbline\.", "", text)
     text = re.sub(r"numpy\.ndarray\[[^\]]*\]|numpy\.ndarray", "numpy.ndarray", text)
+    text = text.replace("os.PathLike", "Union[str, os.PathLike]").replace("Union[Union[str, os.PathLike], str, bytes]", "Union[str, os.PathLike]")
     return re.sub(r"\b(object|handle)\b", "Any", text)
 
 

@@ -22,7 +22,7 @@ struct Evaluation {
 
 Trajectory trajectory_of(const py::object& given) {
   if (py::isinstance<PyTrajectory>(given)) return given.cast<const PyTrajectory&>().poses;
-  return read_trajectory(py::module_::import("os").attr("fspath")(given).cast<std::string>());
+  return read_trajectory(given.cast<Path>().string());
 }
 
 Evaluation evaluate(const py::object& reference, const py::object& estimate, double max_difference, double offset,
@@ -112,10 +112,8 @@ struct Calibration {
   OrientationConvention convention;
 };
 
-Calibration calibrate(const std::shared_ptr<Sequence>& sequence, const py::object& orientation,
+Calibration calibrate(const std::shared_ptr<Sequence>& sequence, const std::optional<Path>& orientation,
                       const std::optional<Parameters>& parameters, int threads) {
-  std::optional<std::string> file;
-  if (!orientation.is_none()) file = py::module_::import("os").attr("fspath")(orientation).cast<std::string>();
   CalibrationOptions options;
   options.parameters = parameters.value_or(Parameters());
   options.threads = threads;
@@ -130,7 +128,8 @@ Calibration calibrate(const std::shared_ptr<Sequence>& sequence, const py::objec
   const py::gil_scoped_release release;
   Calibration result;
   try {
-    const std::optional<SensorReadings> sensor = file ? std::optional(read_sensor(*file)) : std::nullopt;
+    const std::optional<SensorReadings> sensor =
+        orientation ? std::optional(read_sensor(orientation->string())) : std::nullopt;
     result.path = track_path(*sequence, frames, TrackedDepth::undistorted, options);
     if (sensor) {
       result.mounting = calibrate_mounting(result.path.poses, *sensor->orientation);
@@ -148,9 +147,9 @@ const MountingCalibration& mounting_of(const Calibration& c) {
   return *c.mounting;
 }
 
-void save_mounting(const Calibration& c, const std::string& path) {
+void save_mounting(const Calibration& c, const Path& path) {
   const MountingCalibration& mounting = mounting_of(c);
-  write_orientation_calibration(path,
+  write_orientation_calibration(path.string(),
                                 {mounting.body_from_camera, mounting.covariance.diagonal().cwiseMax(0).cwiseSqrt(),
                                  mounting.time_offset, mounting.time_offset_sd, c.convention},
                                 {"How an orientation sensor is mounted. Made by plumbline.calibrate"});
@@ -180,9 +179,9 @@ void add_calibrate(py::module_& m) {
           "(rows, columns) float64 over the image, 1/m: measured less true inverse depth; or None")
       .def(
           "save_depth",
-          [](const Calibration& c, const std::string& path) {
+          [](const Calibration& c, const Path& path) {
             if (!c.path.depth) throw py::value_error("the depth's distortion could not be told");
-            write_depth_calibration(path, c.path.depth->distortion,
+            write_depth_calibration(path.string(), c.path.depth->distortion,
                                     depth_calibration_comments(*c.path.depth, "plumbline.calibrate"));
           },
           py::arg("path"), "A TOML file for open_sequence(depth_calibration=...).")

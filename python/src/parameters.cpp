@@ -119,9 +119,9 @@ void add_parameters(py::module_& m) {
            "A preset (plumbline, paper, kinectfusion), for plumbline also a quality (fast, balanced, best).")
       .def_static(
           "load",
-          [](const std::string& path) {
+          [](const Path& path) {
             Parameters parameters;
-            load_parameters(path, &parameters);
+            load_parameters(path.string(), &parameters);
             return parameters;
           },
           py::arg("path"), "The preset plumbline, overlaid with what a TOML file names, such as a run's config.toml.")

@@ -48,17 +48,17 @@ class FrameIterator {
   std::size_t told_ = 0;
 };
 
-SharedSequence open(const std::string& path, const std::string& camera, const py::object& intrinsics,
-                    std::optional<double> depth_scale, bool color, bool strict, const std::string& depth_calibration) {
+SharedSequence open(const Path& path, const std::string& camera, const py::object& intrinsics,
+                    std::optional<double> depth_scale, bool color, bool strict, const Path& depth_calibration) {
   SequenceOptions options;
   options.camera = camera;
   if (!intrinsics.is_none()) options.intrinsics = intrinsics.cast<Pinhole>();
   options.depth_scale = depth_scale;
   options.color = color;
   options.strict = strict;
-  if (!depth_calibration.empty()) options.depth_distortion = read_depth_calibration(depth_calibration);
+  if (!depth_calibration.empty()) options.depth_distortion = read_depth_calibration(depth_calibration.string());
   const py::gil_scoped_release release;
-  return open_sequence(path, options);
+  return open_sequence(path.string(), options);
 }
 
 std::shared_ptr<Frame> frame_at(const SharedSequence& self, int index) {
@@ -148,7 +148,7 @@ class Callbacks {
 
 SharedSequence sequence_of(const py::object& given) {
   if (py::isinstance<Sequence>(given)) return given.cast<SharedSequence>();
-  return open(py::module_::import("os").attr("fspath")(given).cast<std::string>(), "", py::none(), {}, true, false, "");
+  return open(given.cast<Path>(), "", py::none(), {}, true, false, "");
 }
 
 std::optional<SensorReadings> readings_of(const std::string& orientation) {
@@ -157,10 +157,10 @@ std::optional<SensorReadings> readings_of(const std::string& orientation) {
   return read_sensor(orientation);
 }
 
-Reconstruction run(const py::object& given, const py::object& output, const std::optional<Parameters>& parameters,
-                   const std::string& orientation, const std::vector<int>& frames, bool color, bool mesh,
-                   const std::string& backend, int threads, const py::object& initial_pose, const py::object& on_frame,
-                   const py::object& log) {
+Reconstruction run(const py::object& given, const std::optional<Path>& output,
+                   const std::optional<Parameters>& parameters, const std::string& orientation,
+                   const std::vector<int>& frames, bool color, bool mesh, const std::string& backend, int threads,
+                   const py::object& initial_pose, const py::object& on_frame, const py::object& log) {
   const SharedSequence sequence = sequence_of(given);
   ReconstructOptions options;
   options.parameters = parameters.value_or(Parameters());
@@ -183,11 +183,7 @@ Reconstruction run(const py::object& given, const py::object& output, const std:
   {
     const py::gil_scoped_release release;
     result = reconstruct(*sequence, options);
-    if (!callbacks.stopping() && !output.is_none()) {
-      std::string folder;
-      callbacks.call([&] { folder = py::module_::import("os").attr("fspath")(output).cast<std::string>(); });
-      write_reconstruction(folder, result);
-    }
+    if (!callbacks.stopping() && output) write_reconstruction(output->string(), result);
   }
   callbacks.rethrow();
   return result;
@@ -220,7 +216,7 @@ void add_run(py::module_& m) {
           },
           "The distortion of the depth that was found and taken out, in words; or None.")
       .def(
-          "save", [](const Reconstruction& r, const std::string& folder) { write_reconstruction(folder, r); },
+          "save", [](const Reconstruction& r, const Path& folder) { write_reconstruction(folder.string(), r); },
           py::arg("folder"), py::call_guard<py::gil_scoped_release>(),
           "Writes trajectory.txt, mesh.ply, config.toml and depth.toml.");
   m.def(
@@ -236,7 +232,7 @@ void add_run(py::module_& m) {
       "line.");
 }
 
-Simulation make(const std::string& folder, const std::string& scene, const std::string& path, int frames, double rate,
+Simulation make(const Path& folder, const std::string& scene, const std::string& path, int frames, double rate,
                 double speed, double duration, const py::object& camera, bool noise, bool color, std::uint64_t seed) {
   SimulateOptions options;
   options.scene = scene;
@@ -250,7 +246,7 @@ Simulation make(const std::string& folder, const std::string& scene, const std::
   options.color = color;
   options.seed = seed;
   const py::gil_scoped_release release;
-  return simulate(folder, options);
+  return simulate(folder.string(), options);
 }
 
 void add_simulate(py::module_& m) {

@@ -83,10 +83,11 @@ void add_mesh(py::module_& m) {
       .def_property_readonly("triangles", rows<Mesh::Triangle, std::uint32_t>(&Mesh::triangles),
                              "(M, 3) uint32, counter-clockwise seen from the free side")
       .def(
-          "save", [](const Mesh& self, const std::string& path) { write_mesh(path, self); }, py::arg("path"),
+          "save", [](const Mesh& self, const Path& path) { write_mesh(path.string(), self); }, py::arg("path"),
           py::call_guard<py::gil_scoped_release>(), "Writes a .ply or .obj file.")
-      .def_static("load", &read_mesh, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
-                  "Reads a .ply or .obj file.")
+      .def_static(
+          "load", [](const Path& path) { return read_mesh(path.string()); }, py::arg("path"),
+          py::call_guard<py::gil_scoped_release>(), "Reads a .ply or .obj file.")
       .def("__repr__", [](const Mesh& self) {
         return "<plumbline.Mesh of " + std::to_string(self.positions.size()) + " vertices, " +
                std::to_string(self.triangles.size()) + " triangles>";
@@ -169,10 +170,10 @@ void add_trajectory(py::module_& m) {
           },
           "(N, 4, 4) float64, world_from_camera, metres")
       .def(
-          "save", [](const PyTrajectory& self, const std::string& path) { write_tum_trajectory(path, self.poses); },
+          "save", [](const PyTrajectory& self, const Path& path) { write_tum_trajectory(path.string(), self.poses); },
           py::arg("path"), "Writes TUM's format: t tx ty tz qx qy qz qw a line.")
       .def_static(
-          "load", [](const std::string& path) { return PyTrajectory{read_trajectory(path)}; }, py::arg("path"),
+          "load", [](const Path& path) { return PyTrajectory{read_trajectory(path.string())}; }, py::arg("path"),
           "Reads TUM's format and others: see docs/cli.md, eval.")
       .def("__len__", [](const PyTrajectory& self) { return self.poses.size(); })
       .def("__repr__", [](const PyTrajectory& self) {

@@ -83,7 +83,7 @@ class SameAsTheProgram(Recording):
             lines.append((report.time, report.world_from_camera))
         self.assertEqual(len(lines), len(sequence))
         trajectory = plumbline.Trajectory([t for t, _ in lines], [p for _, p in lines])
-        trajectory.save(str(self.folder / "loop.txt"))
+        trajectory.save(self.folder / "loop.txt")
         numbers = lambda rows: np.array([[float(v) for v in row.split()] for row in rows if not row.startswith("#")])
         np.testing.assert_allclose(numbers((self.folder / "loop.txt").read_text().splitlines()), numbers(expected), atol=2e-9)
 
@@ -261,11 +261,11 @@ class WrongInputRaises(Recording):
         with self.assertRaises(TypeError):
             plumbline.Pipeline(small(), None)
         with self.assertRaises(plumbline.Error):
-            plumbline.open_sequence(str(self.folder / "nowhere"))
+            plumbline.open_sequence(self.folder / "nowhere")
         with self.assertRaises(plumbline.Error):
             plumbline.run(self.recording, parameters=small(), frames=[5, 3])
         with self.assertRaises(plumbline.Error):
-            plumbline.simulate(str(self.folder / "x"), scene="moon")
+            plumbline.simulate(self.folder / "x", scene="moon")
         with self.assertRaises(plumbline.Error):
             plumbline.Parameters("nothing")
         with self.assertRaises(plumbline.Error):
@@ -288,10 +288,10 @@ class WrongInputRaises(Recording):
 
     def test_a_damaged_frame_is_skipped_with_a_warning(self):
         damaged = self.folder / "damaged"
-        plumbline.simulate(str(damaged), frames=4, camera=CAMERA, color=False)
+        plumbline.simulate(damaged, frames=4, camera=CAMERA, color=False)
         sorted(damaged.glob("depth/*.png"))[2].write_bytes(b"not a picture")
         with self.assertWarns(RuntimeWarning):
-            indices = [frame.index for frame in plumbline.open_sequence(str(damaged))]
+            indices = [frame.index for frame in plumbline.open_sequence(damaged)]
         self.assertEqual(indices, [0, 1, 3])
 
 

@@ -86,8 +86,8 @@ TEST_F(Reconstruct, TakesAFilesReadings) {
   options.sensor = read_sensor(*folder_ / "recording/orientation.txt");
   EXPECT_FALSE(options.sensor->inertial.has_value());
   EXPECT_EQ(reconstruct(*sequence_, options).frames.back().orientation, OrientationUse::used);
-  options.sensor->orientation.emplace(options.sensor->orientation->samples(),
-                                      OrientationStreamOptions{.time_offset = 1e4});
+  const std::vector<OrientationSample> samples = options.sensor->orientation->samples();
+  options.sensor->orientation.emplace(samples, OrientationStreamOptions{.time_offset = 1e4});
   EXPECT_THAT(error_of([&] { reconstruct(*sequence_, options); }),
               AllOf(HasSubstr("no reading lies at any frame"), HasSubstr("orientation.txt")));
 }
