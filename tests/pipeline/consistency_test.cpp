@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "pipeline/runs.h"
 #include "plumbline/backend.h"
 #include "plumbline/consistency.h"
 #include "plumbline/pinhole.h"
@@ -14,14 +15,6 @@ namespace plumbline {
 namespace {
 
 const Pinhole kCamera = test::pinhole(160, 120);
-
-Parameters small_parameters() {
-  Parameters parameters;
-  parameters.tracking.finest_level = 0;
-  parameters.volume.resolution = 160;
-  parameters.volume.placement = VolumePlacement::fit;
-  return parameters;
-}
 
 /// What becomes of half an orbit about the desk if its images are taken for those of `claimed`.
 ModelConsistency after_run(const Pinhole& claimed, const Parameters& parameters) {
@@ -35,7 +28,7 @@ ModelConsistency after_run(const Pinhole& claimed, const Parameters& parameters)
 }
 
 TEST(Consistency, OfAGoodRunItsViewsAgreeWithTheModel) {
-  const ModelConsistency found = after_run(kCamera, small_parameters());
+  const ModelConsistency found = after_run(kCamera, test::parameters_for_quarter_size());
   EXPECT_GT(found.views, 4);
   EXPECT_GT(found.known, 0.9);
   EXPECT_GT(found.matched, 0.9);
@@ -47,13 +40,14 @@ TEST(Consistency, AWrongCameraContradictsItself) {
   Pinhole wide = kCamera;
   wide.fx *= 0.7;
   wide.fy *= 0.7;
-  const ModelConsistency good = after_run(kCamera, small_parameters()), wrong = after_run(wide, small_parameters());
+  const ModelConsistency good = after_run(kCamera, test::parameters_for_quarter_size()),
+                         wrong = after_run(wide, test::parameters_for_quarter_size());
   EXPECT_LT(wrong.matched, good.matched - 0.1);
   EXPECT_GT(wrong.see_through, 3 * good.see_through);
 }
 
 TEST(Consistency, WithoutKeyframesNothingIsCompared) {
-  Parameters parameters = small_parameters();
+  Parameters parameters = test::parameters_for_quarter_size();
   parameters.tracking.relocalise_after = 0;
   EXPECT_EQ(after_run(kCamera, parameters).views, 0);
 }

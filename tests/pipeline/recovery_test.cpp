@@ -17,14 +17,6 @@ namespace {
 const Pinhole kCamera = test::pinhole(160, 120);
 constexpr int kMapped = 150;  // frames, 5 s: from the middle of the arc to one end and back
 
-Parameters small_parameters() {
-  Parameters parameters;
-  parameters.tracking.finest_level = 0;
-  parameters.volume.resolution = 160;
-  parameters.volume.placement = VolumePlacement::fit;
-  return parameters;
-}
-
 /// A room with none of the desk's shapes.
 sim::AnalyticScene another_room() {
   sim::AnalyticScene scene;
@@ -55,7 +47,7 @@ class RecoveryTest : public testing::Test {
   sim::AnalyticScene scene_ = sim::desk_corner();
   Trajectory path_ = sim::orbit({.period = 10, .frames = 300});
   std::shared_ptr<Backend> backend_ = make_backend("cpu", 2);
-  Pipeline pipeline_{small_parameters(), kCamera, *backend_, path_.front().world_from_camera};
+  Pipeline pipeline_{test::parameters_for_quarter_size(), kCamera, *backend_, path_.front().world_from_camera};
 };
 
 TEST_F(RecoveryTest, ACameraThatWasCoveredFindsItselfElsewhere) {
@@ -128,7 +120,7 @@ TEST_F(RecoveryTest, OneKeyframeIsEnough) {
 }
 
 TEST_F(RecoveryTest, SwitchedOffAFrameAfterAGapIsTakenByTheUsualTests) {
-  Parameters parameters = small_parameters();
+  Parameters parameters = test::parameters_for_quarter_size();
   parameters.tracking.relocalise_after = 0;
   Pipeline pipeline(parameters, kCamera, *backend_, truth(0));
   for (int i = 0; i < 30; ++i) pipeline.process(frame(i));
@@ -140,8 +132,8 @@ TEST_F(RecoveryTest, SwitchedOffAFrameAfterAGapIsTakenByTheUsualTests) {
 TEST_F(RecoveryTest, RepeatsToTheBitWithAnyNumberOfThreads) {
   const auto run = [&](int threads) {
     return test::run_pipeline(
-        small_parameters(), kCamera, 120, [&](int i) { return at(truth(i), time_of(i < 90 ? i : i + 60)); }, threads,
-        truth(0));
+        test::parameters_for_quarter_size(), kCamera, 120,
+        [&](int i) { return at(truth(i), time_of(i < 90 ? i : i + 60)); }, threads, truth(0));
   };
   const test::Run one = run(1), four = run(4);
   ASSERT_EQ(one.reports.size(), four.reports.size());

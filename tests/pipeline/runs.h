@@ -16,6 +16,15 @@
 
 namespace plumbline::test {
 
+/// For images of 160 × 120 pixels: all levels are tracked, and the voxels are larger.
+inline Parameters parameters_for_quarter_size() {
+  Parameters parameters;
+  parameters.tracking.finest_level = 0;
+  parameters.volume.resolution = 160;
+  parameters.volume.placement = VolumePlacement::fit;
+  return parameters;
+}
+
 struct Run {
   Trajectory trajectory;  ///< tracked frames only
   std::vector<FrameReport> reports;
