@@ -43,7 +43,7 @@ FusionOptions fusion_options(const ReconstructionOptions& options, const std::fu
   FusionOptions fusion = options.fusion;
   fusion.preprocess = options.parameters.preprocess;
   fusion.color = options.input.color && options.parameters.volume.color;
-  fusion.min_readings = options.parameters.mesh.min_weight;
+  fusion.min_readings = std::max(options.fusion.min_readings, options.parameters.mesh.min_weight);
   fusion.expected_area = area_of(coarse);
   fusion.threads = options.threads;
   if (options.backend.starts_with("cpu")) fusion.backend = options.backend;
