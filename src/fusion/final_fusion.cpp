@@ -11,11 +11,11 @@
 #include "fusion/fine_map.h"
 #include "fusion/free_memory.h"
 #include "fusion/mesh_cleanup.h"
-#include "io/prefetch.h"
 #include "plumbline/backend.h"
 #include "plumbline/error.h"
 #include "plumbline/fusion.h"
 #include "plumbline/pinhole.h"
+#include "plumbline/prefetch.h"
 
 namespace plumbline {
 namespace {

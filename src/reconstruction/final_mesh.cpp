@@ -55,7 +55,7 @@ void fuse_finally(FusionOptions options, const FrameSource& source, Reconstructi
   const auto start = std::chrono::steady_clock::now();
   options.preprocess = run->parameters.preprocess;
   options.color = options.color && run->parameters.volume.color;
-  options.min_readings = run->parameters.mesh.min_weight;
+  options.min_readings = std::max(options.min_readings, run->parameters.mesh.min_weight);
   options.expected_area = area_of(run->mesh);
   if (const Sequence* recording = source.recording(); recording == nullptr)
     run->fusion_note = "the frames of a live camera cannot be read again";

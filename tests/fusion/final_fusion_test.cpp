@@ -2,7 +2,9 @@
 // and the same bits for any number of threads.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <utility>
 
@@ -10,6 +12,7 @@
 #include "fusion/free_memory.h"
 #include "fusion/mesh_cleanup.h"
 #include "map/mesh_of_bricks.h"
+#include "plumbline/angles.h"
 #include "plumbline/error.h"
 #include "plumbline/frame.h"
 #include "plumbline/fusion.h"
@@ -17,6 +20,7 @@
 #include "plumbline/pinhole.h"
 #include "plumbline/se3.h"
 #include "plumbline/sequence.h"
+#include "plumbline/time.h"
 #include "sim/analytic_scene.h"
 #include "support/error_of.h"
 #include "support/lane_types.h"

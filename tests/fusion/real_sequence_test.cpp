@@ -1,6 +1,7 @@
 // The final fusion on a recording whose true surface is known: its own exact depth from exact poses.
-#include <cmath>
-#include <utility>
+#include <algorithm>
+#include <string>
+#include <vector>
 
 #include "eval/surface_error.h"
 #include "io/trajectory.h"
