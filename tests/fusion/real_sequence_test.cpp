@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "eval/surface_error.h"
 #include "io/trajectory.h"
 #include "plumbline/evaluation.h"
 #include "plumbline/fusion.h"
@@ -11,6 +10,7 @@
 #include "plumbline/pipeline.h"
 #include "plumbline/se3.h"
 #include "plumbline/sequence.h"
+#include "plumbline/surface_error.h"
 #include "plumbline/trajectory.h"
 #include "support/data.h"
 
