@@ -6,6 +6,8 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "bindings.h"
 #include "plumbline/backend.h"
@@ -36,6 +38,15 @@ class PyPipeline {
     return get(*pipeline_);
   }
 
+  // Frames whose memory is used again: fresh pages cost more than what is copied into them. With the GIL.
+  Frame take_spare() {
+    if (spare_.empty()) return {};
+    Frame frame = std::move(spare_.back());
+    spare_.pop_back();
+    return frame;
+  }
+  void give_back(Frame frame) { spare_.push_back(std::move(frame)); }
+
   const Pinhole& camera() const { return camera_; }
   double depth_scale() const { return depth_scale_; }
   bool with_color() const { return with_color_; }
@@ -48,6 +59,7 @@ class PyPipeline {
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Pipeline> pipeline_;
   int frames_ = 0;
+  std::vector<Frame> spare_;
   mutable std::mutex mutex_;
 };
 
@@ -62,46 +74,59 @@ void check_shape(const py::array& image, const char* name, const Pinhole& camera
                         " of the camera is expected");
 }
 
-/// Rows of a plain array, however it is laid out.
+/// Of an array, however it is laid out, into an image whose memory is used again.
 template <class T>
-Image<T> copied(const py::array& array, const Pinhole& camera, int channels) {
+void copy(const py::array& array, const Pinhole& camera, int channels, Image<T>* image) {
   const auto plain = py::array_t<T, py::array::c_style>::ensure(array);
   if (!plain) throw py::error_already_set();
-  Image<T> image(camera.width, camera.height, channels);
-  std::copy(plain.data(), plain.data() + plain.size(), image.pixels.begin());
-  return image;
+  image->width = camera.width;
+  image->height = camera.height;
+  image->channels = channels;
+  image->pixels.assign(plain.data(), plain.data() + plain.size());
 }
 
-DepthImage depth_of(const py::array& depth, const PyPipeline& pipeline) {
+void set_depth(const py::array& depth, const PyPipeline& pipeline, Frame* frame) {
   const bool is_float = py::isinstance<py::array_t<float>>(depth);
   if (!is_float && !py::isinstance<py::array_t<std::uint16_t>>(depth))
     throw py::type_error("depth: is an array of " + py::str(depth.dtype()).cast<std::string>() +
                          " where uint16 (readings) or float32 (metres) is expected");
   check_shape(depth, "depth", pipeline.camera(), 1);
-  if (is_float) return readings_of(copied<float>(depth, pipeline.camera(), 1), pipeline.depth_scale());
-  return copied<std::uint16_t>(depth, pipeline.camera(), 1);
+  frame->depth_scale = pipeline.depth_scale();
+  if (!is_float) return copy(depth, pipeline.camera(), 1, &frame->depth);
+  Image<float> metres;
+  copy(depth, pipeline.camera(), 1, &metres);
+  frame->depth = readings_of(metres, pipeline.depth_scale());
 }
 
-ColorImage color_of(const py::object& color, const PyPipeline& pipeline) {
-  if (color.is_none()) return {};
+void set_color(const py::object& color, const PyPipeline& pipeline, Frame* frame) {
+  if (color.is_none()) {
+    frame->color = {};
+    return;
+  }
   if (!py::isinstance<py::array_t<std::uint8_t>>(color)) throw py::type_error("color: is no array of uint8");
   const py::array array = color.cast<py::array>();
   check_shape(array, "color", pipeline.camera(), 3);
-  return copied<std::uint8_t>(array, pipeline.camera(), 3);
+  copy(array, pipeline.camera(), 3, &frame->color);
 }
 
 FrameReport process(PyPipeline& self, const py::array& depth, const py::object& time, const py::object& color,
                     const py::object& orientation, const py::object& imu, const py::object& time_ns) {
-  Frame frame;
+  Frame frame = self.take_spare();
   frame.index = self.frames();
   frame.time = time_of(time, time_ns);
-  frame.depth = depth_of(depth, self);
-  frame.depth_scale = self.depth_scale();
-  frame.color = color_of(color, self);
+  set_depth(depth, self, &frame);
+  set_color(color, self, &frame);
+  frame.earth_from_camera.reset();
   if (!orientation.is_none()) frame.earth_from_camera = rotation_of(orientation, "orientation");
+  frame.inertial.clear();
   if (!imu.is_none()) frame.inertial = imu_of(imu, "imu");
-  const py::gil_scoped_release release;
-  return self.process(frame);
+  FrameReport report;
+  {
+    const py::gil_scoped_release release;
+    report = self.process(frame);
+  }
+  self.give_back(std::move(frame));
+  return report;
 }
 
 FrameReport process_frame(PyPipeline& self, const std::shared_ptr<Frame>& frame) {
