@@ -20,10 +20,11 @@ const Pinhole kCamera = test::pinhole(160, 120);
 ModelConsistency after_run(const Pinhole& claimed, const Parameters& parameters) {
   const sim::AnalyticScene scene = sim::desk_corner();
   const Trajectory path = sim::orbit({.period = 10, .frames = 300});
-  const std::unique_ptr<Backend> backend = make_backend("cpu", 2);
+  const std::shared_ptr<Backend> backend = make_backend("cpu", 2);
   Pipeline pipeline(parameters, claimed, *backend, path.front().world_from_camera);
-  for (std::size_t i = 0; i < 150; ++i)
-    pipeline.process(sim::render(scene, kCamera, path[i].world_from_camera, from_seconds(i / 30.0), 5000, false));
+  for (int i = 0; i < 150; ++i)
+    pipeline.process(sim::render(scene, kCamera, path[static_cast<std::size_t>(i)].world_from_camera,
+                                 from_seconds(i / 30.0), 5000, false));
   return pipeline.check_consistency();
 }
 
@@ -38,8 +39,8 @@ TEST(Consistency, OfAGoodRunItsViewsAgreeWithTheModel) {
 
 TEST(Consistency, AWrongCameraContradictsItself) {
   Pinhole wide = kCamera;
-  wide.fx *= 0.7;
-  wide.fy *= 0.7;
+  wide.fx *= 0.7f;
+  wide.fy *= 0.7f;
   const ModelConsistency good = after_run(kCamera, test::parameters_for_quarter_size()),
                          wrong = after_run(wide, test::parameters_for_quarter_size());
   EXPECT_LT(wrong.matched, good.matched - 0.1);
