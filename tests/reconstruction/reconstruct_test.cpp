@@ -55,6 +55,7 @@ class Reconstruct : public testing::Test {
 TEST_F(Reconstruct, IsWhatAPipelineMakesOfTheFrames) {
   ReconstructOptions options = small();
   options.sensor = SensorReadings();
+  options.final_fusion = false;
   const Reconstruction run = reconstruct(*sequence_, options);
   const auto backend = make_backend();
   Pipeline pipeline(options.parameters, sequence_->info().camera, *backend, SE3(), true);
@@ -67,6 +68,11 @@ TEST_F(Reconstruct, IsWhatAPipelineMakesOfTheFrames) {
   EXPECT_EQ(run.mesh.positions.size(), pipeline.extract_mesh().positions.size());
   EXPECT_EQ(run.volume_side, pipeline.volume_side());
   EXPECT_EQ(run.tracked(), 10);
+  EXPECT_FALSE(run.fusion);
+  options.final_fusion = true;
+  const Reconstruction fine = reconstruct(*sequence_, options);
+  ASSERT_TRUE(fine.fusion) << fine.fusion_note;
+  EXPECT_GT(fine.mesh.positions.size(), 4 * run.mesh.positions.size());
   EXPECT_TRUE(run.orientation.empty());
   EXPECT_LT(eval::absolute_trajectory_error(truth_->world_from_camera, run.trajectory).translation.rmse, 0.02);
 }

@@ -85,7 +85,7 @@ const marker = (page) => page.evaluate(() => window.plumbline.viewer.marker.posi
 
 before(async () => {
   plumbline('simulate', '--scene', 'desk', '--trajectory', 'orbit', '--size', '160x120', '--frames', String(FRAMES), '-o', join(folder, 'desk'), '--quiet');
-  plumbline('run', join(folder, 'desk'), '-o', out, '--set', 'volume.resolution=256', '--set', 'volume.side=5', '--dump-icp', String(DUMPED), '--quiet');
+  plumbline('run', join(folder, 'desk'), '-o', out, '--set', 'volume.resolution=256', '--set', 'volume.side=5', '--detail', 'off', '--dump-icp', String(DUMPED), '--quiet');
   browser = await driver.chromium.launch({
     executablePath: chromium,
     args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage'],

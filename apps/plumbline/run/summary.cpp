@@ -272,8 +272,7 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
     lines.push_back("ATE        not known: " + run.ate_note);
   const Verdict verdict = verdict_of(run);
   lines.push_back(fmt::format("verdict    {}", to_string(verdict.level)));
-  for (const Doubt& doubt : verdict.doubts)
-    if (doubt.weight() >= 1 && !doubt.text.empty()) lines.push_back("           " + doubt.text);
+  for (const std::string& reason : verdict.reasons) lines.push_back("           " + reason);
   lines.push_back(
       fmt::format("time       {} in all; median a frame {:.1f} ms (preprocess {:.1f}, track {:.1f}, "
                   "integrate {:.1f}, raycast {:.1f})",

@@ -150,6 +150,14 @@ std::string tracked_text(const Reconstruction& run) {
   return fmt::format("{} of {} frames were lost", run.lost(), run.frames.size());
 }
 
+/// What to say against the result; nothing where the truth has decided.
+std::vector<std::string> reasons_of(const Reconstruction& run, const std::vector<Doubt>& doubts) {
+  std::vector<std::string> reasons;
+  for (const Doubt& doubt : doubts)
+    if (!run.ate && doubt.weight() >= 1 && !doubt.text.empty()) reasons.push_back(doubt.text);
+  return reasons;
+}
+
 std::string text_of(const Reconstruction& run, const std::vector<Doubt>& doubts) {
   std::string text = tracked_text(run);
   text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
@@ -159,8 +167,7 @@ std::string text_of(const Reconstruction& run, const std::vector<Doubt>& doubts)
   text += '.';
   if (const auto from = lost_to_the_end(run))
     text += fmt::format(" From {:.1f}\u00a0s to the end it was lost: no known place was seen.", *from);
-  for (const Doubt& doubt : doubts)
-    if (doubt.weight() >= 1 && !doubt.text.empty()) text += " " + doubt.text;
+  for (const std::string& reason : reasons_of(run, doubts)) text += " " + reason;
   if (!run.failure.empty()) return "The run broke off. Until then: " + text;
   return run.signal != 0 ? "The run was interrupted. Until then: " + text : text;
 }
@@ -181,6 +188,7 @@ Verdict verdict_of(const Reconstruction& run) {
   Verdict verdict;
   verdict.doubts = doubts_of(run);
   verdict.level = level_of(run, verdict.doubts);
+  verdict.reasons = reasons_of(run, verdict.doubts);
   verdict.text = text_of(run, verdict.doubts);
   double squares = 0;
   for (const Doubt& doubt : verdict.doubts) squares += doubt.weight() * doubt.weight();

@@ -25,6 +25,7 @@ struct Verdict {
   std::string text;  ///< a sentence or more
   double doubt = 0;  ///< grows with the error that is to be expected; the root of the squared weights' sum
   std::vector<Doubt> doubts = {};
+  std::vector<std::string> reasons = {};  ///< those of the doubts that are told, also part of `text`
 };
 
 /// Without ground truth: poor or fair as the worst of its doubts is. With it: good if no more than 0.5 % of the frames

@@ -37,6 +37,8 @@ constexpr std::array<InstructionSet, 3> kInstructionSets = {{
 LanesBase::LanesBase(int threads, const char* instruction_set) : threads_(threads), instruction_set_(instruction_set) {}
 LanesBase::~LanesBase() = default;
 
+const FineFusionStages* LanesBase::fine_fusion() const { return this; }
+
 std::string LanesBase::name() const { return "cpu"; }
 
 std::string LanesBase::description() const {

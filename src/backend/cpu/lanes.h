@@ -30,7 +30,7 @@ class LanesBase : public Backend, public FineFusionStages {
   void run(const kernels::WriteBrick& kernel, int entries) const override;
   void run(const kernels::CountBrickOf<kernels::SparseBricks>& kernel, int entries) const override;
   void run(const kernels::WriteBrickOf<kernels::SparseBricks>& kernel, int entries) const override;
-  const FineFusionStages* fine_fusion() const override { return this; }
+  const FineFusionStages* fine_fusion() const override;
   using Backend::run;
   using FineFusionStages::run;
 

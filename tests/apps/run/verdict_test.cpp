@@ -55,6 +55,7 @@ TEST(Verdict, TheTruthDecidesWhereItIsKnown) {
   run.ate.emplace();
   run.ate->translation.rmse = 0.01;
   EXPECT_EQ(app::verdict_of(run).level, Verdict::Level::good);
+  EXPECT_THAT(app::verdict_of(run).text, Not(HasSubstr("contradicts")));
   run.ate->translation.rmse = 0.5;
   EXPECT_EQ(app::verdict_of(run).level, Verdict::Level::poor);
 }
