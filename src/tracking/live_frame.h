@@ -32,9 +32,9 @@ class LiveFrame {
   /// Uploads a frame and prepares it. Throws Error if its images are not of the camera's size.
   void prepare(const Frame& frame);
 
-  const DepthPyramid& pyramid() const { return pyramid_; }      ///< smoothed depth and normals, for tracking
+  const DepthPyramid& pyramid() const { return pyramid_; }            ///< smoothed depth and normals, for tracking
   const Plane<std::uint16_t>& readings() const { return readings_; }  ///< as they were taken
-  const Plane<float>& raw_depth() const { return raw_depth_; }  ///< metres as measured, for fusion
+  const Plane<float>& raw_depth() const { return raw_depth_; }        ///< metres as measured, for fusion
   /// 0x00BBGGRR a pixel; empty when the frame has no colour.
   const Plane<std::int32_t>* color() const { return has_color_ ? &color_ : nullptr; }
   bool has_depth() const { return has_depth_; }
