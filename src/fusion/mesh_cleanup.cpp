@@ -51,6 +51,12 @@ double area_of(const Mesh& mesh, const Mesh::Triangle& t) {
 
 }  // namespace
 
+double area_of(const Mesh& mesh) {
+  double area = 0;
+  for (const Mesh::Triangle& t : mesh.triangles) area += area_of(mesh, t);
+  return area;
+}
+
 std::size_t remove_islands(double min_area, Mesh* mesh) {
   Pieces pieces(*mesh);
   std::vector<double> areas(mesh->positions.size(), 0);

@@ -7,6 +7,9 @@
 
 namespace plumbline {
 
+/// m² of surface.
+double area_of(const Mesh& mesh);
+
 /// Removes connected pieces of surface with less area (m²); returns how many.
 std::size_t remove_islands(double min_area, Mesh* mesh);
 

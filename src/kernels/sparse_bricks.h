@@ -85,7 +85,7 @@ class SparseBricks {
   }
 };
 
-/// Reads all voxels that a brick's cells and their normals need once, from as many as 27 bricks.
+/// Reads all voxels that a brick's cells and their normals need once, from up to 27 bricks.
 template <>
 class MeshVoxels<SparseBricks> {
  public:

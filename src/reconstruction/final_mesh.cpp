@@ -5,23 +5,11 @@
 #include <new>
 #include <vector>
 
+#include "fusion/mesh_cleanup.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
 namespace {
-
-/// m² of surface.
-double area_of(const Mesh& mesh) {
-  double area = 0;
-  for (const Mesh::Triangle& t : mesh.triangles) {
-    const auto corner = [&](std::uint32_t i) {
-      const Mesh::Float3& p = mesh.positions[i];
-      return Eigen::Vector3d(p.x, p.y, p.z);
-    };
-    area += 0.5 * (corner(t.b) - corner(t.a)).cross(corner(t.c) - corner(t.a)).norm();
-  }
-  return area;
-}
 
 /// Those that the run fused, at the poses of its path: none that is lost, or was at a place on trial.
 std::vector<FusionFrame> accepted_frames(const Reconstruction& run) {
@@ -42,7 +30,7 @@ std::string fuse(const FusionOptions& options, const Sequence& recording, Recons
     run->fusion = fuse_frames(recording, accepted_frames(*run), options);
     if (!run->fusion) return options.stopping && options.stopping() ? "interrupted" : "no frame could be fused again";
   } catch (const std::bad_alloc&) {
-    return "there is not enough memory for the final fusion";
+    return "there is not enough memory; try --detail 8mm, or less --memory";
   } catch (const Error& error) {
     return error.what();
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cli/console.h"
+#include "core/median.h"
 #include "plumbline/time.h"
 #include "run/summary.h"
 #include "tracking/starts.h"
@@ -41,20 +42,13 @@ double condition_of(const TrackingResult& tracking) {
   return tracking.rank < 6 ? kSingular : tracking.condition;
 }
 
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
-  return values[at];
-}
-
 void add_fit_doubts(const Reconstruction& run, std::vector<Doubt>* doubts) {
-  const double distance = percentile(of_tracked(run, [](const TrackingResult& t) { return t.median_distance; }), 0.5);
+  const double distance = median(of_tracked(run, [](const TrackingResult& t) { return t.median_distance; }));
   doubts->push_back({"median_distance_m", distance, 0.018, 0.026,
                      fmt::format("The frames lie {} from the model (median): they do not fit it as a right path would.",
                                  length_text(distance))});
   const std::vector<double> agreements = of_tracked(run, [](const TrackingResult& t) { return agreement(t); });
-  const double disagreement = agreements.empty() ? 0 : 1 - percentile(agreements, 0.5);
+  const double disagreement = agreements.empty() ? 0 : 1 - median(agreements);
   doubts->push_back(
       {"disagreement", disagreement, 0.88, 0.97,
        "Half of the frames share hardly more with the model than they contradict it: the path is probably "
@@ -73,7 +67,7 @@ void add_tracking_doubts(const Reconstruction& run, std::vector<Doubt>* doubts) 
        fmt::format("{:.0f}\u00a0% of the frames fitted only from another start than the expected one: the "
                    "motion was fast, or the view ambiguous.",
                    percent(retries))});
-  const double condition = percentile(of_tracked(run, condition_of), 0.9);
+  const double condition = quantile(of_tracked(run, condition_of), 0.9);
   doubts->push_back(
       {"condition", condition, 500, 3000,
        "In a tenth of the frames or more the view left a direction nearly open (a bare wall, a corridor), "

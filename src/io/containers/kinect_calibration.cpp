@@ -60,7 +60,7 @@ Camera parse_camera(const json& entry, const Window& window, const std::string& 
   std::array<double, 14> m{};  // cx cy fx fy k1 … k6 codx cody p2 p1
   for (std::size_t i = 0; i < m.size(); ++i) m[i] = intrinsics.at("ModelParameters").at(i).get<double>();
   if (m[10] != 0 || m[11] != 0)
-    throw Error("the lens has a centre of distortion of its own", name, kKinectCalibrationAdvice);
+    throw Error("the centre of the lens distortion is not the principal point", name, kKinectCalibrationAdvice);
   Camera camera;
   camera.pinhole = {static_cast<float>(m[2] * window.full_width),
                     static_cast<float>(m[3] * window.full_height),
