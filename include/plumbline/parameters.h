@@ -21,8 +21,8 @@ struct Range {
   double high = std::numeric_limits<double>::infinity();
 };
 
-enum class VolumePlacement { front, fit, given };
-constexpr auto names(VolumePlacement) { return std::array<std::string_view, 3>{"front", "fit", "given"}; }
+enum class VolumePlacement { follow, front, fit, given };
+constexpr auto names(VolumePlacement) { return std::array<std::string_view, 4>{"follow", "front", "fit", "given"}; }
 
 enum class OrientationSeed { none, absolute, relative };
 constexpr auto names(OrientationSeed) { return std::array<std::string_view, 3>{"none", "absolute", "relative"}; }
@@ -101,7 +101,7 @@ struct MotionParameters {
 struct VolumeParameters {
   int resolution = 512;
   double side = 8.0;
-  VolumePlacement placement = VolumePlacement::front;
+  VolumePlacement placement = VolumePlacement::follow;
   double offset = -0.5;
   std::vector<double> pose = {0, 0, 0, 0, 0, 0, 1};
   double truncation = 0.08;
@@ -227,11 +227,12 @@ void volume_fields(P& p, Visitor&& v) {
   v("resolution", p.resolution, "voxels", "voxels along each side; rounded up to a multiple of 8", Range{8, 1024});
   v("side", p.side, "m", "length of each side", Range{0.01, 1000});
   v("placement", p.placement, "",
-    "front: centred on the first camera's axis, offset*side in front of it; fit: around the first frame's points, "
-    "at most side; given: by pose",
+    "front: centred on the first camera's axis, offset*side in front of it; follow: begins there and moves with the "
+    "camera, what it leaves is kept; fit: around the first frame's points, at most side; given: by pose",
     Range{});
   v("offset", p.offset, "side",
-    "front face in front of the first camera; negative: the camera stands inside the volume", Range{-2, 2});
+    "placements front and follow: front face in front of the camera; negative: the camera stands inside the volume",
+    Range{-2, 2});
   v("pose", p.pose, "m", "placement given: the volume's lowest corner in the world, [tx, ty, tz, qx, qy, qz, qw]",
     Range{-1e6, 1e6});
   v("truncation", p.truncation, "m", "truncation distance of the signed distance", Range{1e-4, 10});

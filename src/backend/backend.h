@@ -11,6 +11,7 @@
 
 #include "core/device_array.h"
 #include "core/plane.h"
+#include "kernels/brick_moves.h"
 #include "kernels/depth_comparison.h"
 #include "kernels/icp.h"
 #include "kernels/integrate.h"
@@ -108,6 +109,11 @@ class Backend : public DeviceMemory {
   /// `count` elements, gets their indices, and `listed` how many there are: both in the device's memory.
   virtual void integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count,
                                 std::int32_t* list, std::int32_t* listed) const = 0;
+
+  // Moving the window.
+  virtual void run(const kernels::MarkLeavingBricks& kernel) const = 0;
+  virtual void run(const kernels::TakeBrick& kernel, int entries) const = 0;
+  virtual void run(const kernels::PutBrick& kernel, int entries) const = 0;
 
   // Prediction.
   /// Writes the spans of all tiles.

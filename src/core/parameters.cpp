@@ -34,6 +34,7 @@ Parameters kinectfusion() {
   p.motion.steady = false;
   p.motion.gyroscope = false;
   p.volume.side = 3;
+  p.volume.placement = VolumePlacement::front;
   p.volume.offset = -0.1;
   p.volume.truncation = 0.03;
   return p;

@@ -208,14 +208,9 @@ void FineMap::update(const View& view) {
 }
 
 bool FineMap::make_brick(const VoxelPosition& position) {
-  std::int32_t& entry = view_.table[view_.entry_of(position)];
-  if (entry != 0) return true;
+  if (view_.find_brick(position) >= 0) return true;
   if (bricks() == max_bricks_) return false;
-  const std::int32_t brick = view_.bricks++;
-  view_.x[brick] = position.x;
-  view_.y[brick] = position.y;
-  view_.z[brick] = position.z;
-  entry = brick + 1;
+  view_.make_brick(position);
   return true;
 }
 

@@ -1,6 +1,7 @@
 // The model's memory as kernels see it, and the only place that knows how a voxel is found. Voxels stand in bricks of
 // 8³; whoever needs one asks for its brick, for the voxels of a brick, or for the neighbours of a point or of a brick.
-// This map is a dense cube of bricks.
+// This map is a dense cube of bricks, a window on the world that can move by whole bricks: its memory is a ring along
+// each axis, so that what stays in the window stays where it is kept. All positions are those in the window.
 #pragma once
 
 #include "kernels/lane.h"
@@ -31,6 +32,10 @@ PL_HD VoxelPosition position_in_brick(int offset) { return {offset & 7, offset >
 PL_HD int offset_in_brick(const VoxelPosition& p) { return (p.x & 7) | (p.y & 7) << 3 | (p.z & 7) << 6; }
 /// The brick that the voxel at a position lies in, counted in bricks; positions may be negative.
 PL_HD VoxelPosition brick_of(const VoxelPosition& p) { return {p.x >> 3, p.y >> 3, p.z >> 3}; }
+/// The lowest voxel of the brick at a position that is counted in bricks.
+PL_HD VoxelPosition first_voxel_of(const VoxelPosition& b) {
+  return {b.x * kBrickSide, b.y * kBrickSide, b.z * kBrickSide};
+}
 /// What the voxels of a lane's worth of offsets are off from the first one's centre, counted in voxels: along x, and
 /// beyond eight lanes in the next row. The first offset must be a multiple of the lane's width.
 template <class F>
@@ -49,7 +54,7 @@ class BrickNeighbours;
 template <class F>
 class VoxelLanes {
  public:
-  /// The brick's position in the volume, counted in bricks.
+  /// The brick's position in the window, counted in bricks.
   PL_HD Vec3<F> brick_position() const { return {to_float(bx_), to_float(by_), to_float(bz_)}; }
 
  private:
@@ -75,6 +80,12 @@ class BrickMap {
     states_ = states;
   }
 
+  /// Moves the window by so many bricks along each axis. The slots of bricks that leave it are those of bricks that
+  /// enter it: they must be cleared.
+  void move(const VoxelPosition& bricks) {
+    start_ = {ring(start_.x + bricks.x), ring(start_.y + bricks.y), ring(start_.z + bricks.z)};
+  }
+
   PL_HD int resolution() const { return bricks_ * kBrickSide; }       ///< voxels per side
   PL_HD float brick_size() const { return voxel_size * kBrickSide; }  ///< metres
   PL_HD bool has_color() const { return colors_ != nullptr; }
@@ -86,18 +97,22 @@ class BrickMap {
   std::size_t voxel_words() const { return static_cast<std::size_t>(slots()) * kBrickVoxels; }
   PL_HD std::int32_t* states() const { return states_; }  ///< one for each slot
   PL_HD std::int32_t& state(int brick) const { return states_[brick]; }
-  /// All bricks are those of `brick_rows()` rows with `bricks_per_row()` each.
+  /// All bricks are those of `brick_rows()` rows with `bricks_per_row()` each, in the order of their memory.
   PL_HD int bricks_per_row() const { return bricks_; }
   PL_HD int brick_rows() const { return bricks_ * bricks_; }
-  /// The bricks of a row from the x-th on, a lane each.
+  /// The bricks of a row from its x-th on, a lane each.
   template <class F>
   PL_HD BrickLanes<F> bricks_at(int x, int row) const {
     return {*this, x, row % bricks_, row / bricks_};
   }
+  /// The brick at a position in the window, counted in bricks.
+  PL_HD int slot_of(const VoxelPosition& b) const { return brick_index<std::int32_t>(b.x, b.y, b.z); }
   /// A brick's lowest voxel.
   PL_HD VoxelPosition origin_of(int brick) const {
     const int rest = brick / brick_stride_;
-    return {brick % brick_stride_ * kBrickSide, rest % bricks_ * kBrickSide, rest / bricks_ * kBrickSide};
+    return {unroll<std::int32_t>(brick % brick_stride_, start_.x) * kBrickSide,
+            unroll<std::int32_t>(rest % bricks_, start_.y) * kBrickSide,
+            unroll<std::int32_t>(rest / bricks_, start_.z) * kBrickSide};
   }
 
   // The voxels of a brick: kBrickVoxels words, row by row.
@@ -117,14 +132,11 @@ class BrickMap {
   }
 
   // One voxel.
-  PL_HD VoxelAddress find(const VoxelPosition& p) const {
-    const VoxelPosition b = brick_of(p);
-    return {brick_index<std::int32_t>(b.x, b.y, b.z), offset_in_brick(p)};
-  }
+  PL_HD VoxelAddress find(const VoxelPosition& p) const { return {slot_of(brick_of(p)), offset_in_brick(p)}; }
   PL_HD std::int32_t& voxel(const VoxelAddress& at) const { return voxels_of(at.brick)[at.offset]; }
   PL_HD std::int32_t& color(const VoxelAddress& at) const { return colors_of(at.brick)[at.offset]; }
 
-  // The voxel at a point, a lane each; the point is counted in voxels and clamped to the volume.
+  // The voxel at a point, a lane each; the point is counted in voxels and clamped to the window.
   template <class F>
   PL_HD VoxelLanes<F> voxels_at(const Vec3<F>& p) const {
     const F zero(0.0f), high(static_cast<float>(resolution()) - 0.01f);
@@ -155,39 +167,62 @@ class BrickMap {
   friend class VoxelNeighbours;
   friend class BrickNeighbours;
 
+  int ring(int position) const { return (position % bricks_ + bricks_) % bricks_; }
+  // From a position in the window, counted in bricks, to that in the ring, and back.
+  template <class I>
+  PL_HD I roll(const I& position, int start) const {
+    return wrap_int(position + I(start), bricks_);
+  }
+  template <class I>
+  PL_HD I unroll(const I& position, int start) const {
+    return wrap_int(position + I(bricks_ - start), bricks_);
+  }
+  template <class I>
+  PL_HD I slot_index(const I& x, const I& y, const I& z) const {
+    return (z * I(bricks_) + y) * I(brick_stride_) + x;
+  }
   template <class I>
   PL_HD I brick_index(const I& bx, const I& by, const I& bz) const {
-    return (bz * I(bricks_) + by) * I(brick_stride_) + bx;
+    return slot_index<I>(roll(bx, start_.x), roll(by, start_.y), roll(bz, start_.z));
   }
   // A voxel's index is the sum of one term an axis, so that neighbours share terms.
   template <class I>
   PL_HD I term_x(const I& x) const {
-    return shift_left<9>(shift_right<3>(x)) + (x & I(7));
+    return shift_left<9>(roll<I>(shift_right<3>(x), start_.x)) + (x & I(7));
   }
   template <class I>
   PL_HD I term_y(const I& y) const {
-    return shift_left<9>(shift_right<3>(y) * I(brick_stride_)) + shift_left<3>(y & I(7));
+    return shift_left<9>(roll<I>(shift_right<3>(y), start_.y) * I(brick_stride_)) + shift_left<3>(y & I(7));
   }
   template <class I>
   PL_HD I term_z(const I& z) const {
-    return shift_left<9>(shift_right<3>(z) * I(brick_stride_ * bricks_)) + shift_left<6>(z & I(7));
+    return shift_left<9>(roll<I>(shift_right<3>(z), start_.z) * I(brick_stride_ * bricks_)) + shift_left<6>(z & I(7));
   }
 
   std::int32_t *voxels_ = nullptr, *colors_ = nullptr, *states_ = nullptr;
-  int bricks_ = 0;        ///< per side
-  int brick_stride_ = 0;  ///< bricks from one row of bricks to the next, ≥ bricks_, a multiple of 16
+  VoxelPosition start_ = {0, 0, 0};  ///< where the window's lowest brick is kept in the ring
+  int bricks_ = 0;                   ///< per side
+  int brick_stride_ = 0;             ///< bricks from one row of bricks to the next, ≥ bricks_, a multiple of 16
 };
 
-/// Bricks of one row, a lane each.
+/// Bricks of one row of the memory, a lane each.
 template <class F>
 class BrickLanes {
  public:
   PL_HD Mask<F> exist() const { return inside_row<F>(x_, map_.bricks_); }
-  /// Metres, in the volume's frame.
+  /// In the window, counted in bricks; of bricks that do not exist, anywhere.
+  PL_HD Vec3<F> positions() const {
+    const auto along = [&](int slot, int start) {
+      return F(static_cast<float>(map_.unroll<std::int32_t>(slot, start)));
+    };
+    const Int<F> x = map_.unroll<Int<F>>(Lane<F>::int_index() + Int<F>(x_), map_.start_.x);
+    return {to_float(x), along(y_, map_.start_.y), along(z_, map_.start_.z)};
+  }
+  /// Metres, in the window's frame.
   PL_HD Vec3<F> centres() const {
     const float size = map_.brick_size();
-    return {(Lane<F>::index() + (static_cast<float>(x_) + 0.5f)) * size, F((static_cast<float>(y_) + 0.5f) * size),
-            F((static_cast<float>(z_) + 0.5f) * size)};
+    const Vec3<F> p = positions();
+    return {(p.x + 0.5f) * size, (p.y + 0.5f) * size, (p.z + 0.5f) * size};
   }
   PL_HD Int<F> states() const { return load_int<F>(map_.states_ + first()); }
   /// Into an array with a value for each slot (`BrickMap::state_words`).
@@ -196,10 +231,10 @@ class BrickLanes {
  private:
   friend class BrickMap;
   PL_HD BrickLanes(const BrickMap& map, int x, int y, int z) : map_(map), x_(x), y_(y), z_(z) {}
-  PL_HD int first() const { return map_.brick_index<std::int32_t>(x_, y_, z_); }
+  PL_HD int first() const { return map_.slot_index<std::int32_t>(x_, y_, z_); }
 
   const BrickMap& map_;
-  int x_, y_, z_;
+  int x_, y_, z_;  ///< in the ring
 };
 
 /// The voxels around a point, a lane each: the corners of a cell, and those one further along each axis.
@@ -219,7 +254,7 @@ class VoxelNeighbours {
     return gather_int(map_.voxels_, terms_[0][c & 1] + terms_[1][c >> 1 & 1] + terms_[2][c >> 2]);
   }
 
-  /// Words of the four voxels before and the four after the cell along an axis, clamped to the volume. Bit 0 of their
+  /// Words of the four voxels before and the four after the cell along an axis, clamped to the window. Bit 0 of their
   /// index is a step along the first of the two other axes, bit 1 along the second.
   PL_HD void beyond(int axis, Int<F> (&before)[4], Int<F> (&after)[4]) const {
     const Int<F> low = term(axis, max_int(first_[axis] - Int<F>(1), Int<F>(0)));
@@ -246,20 +281,18 @@ class VoxelNeighbours {
 class BrickNeighbours {
  public:
   PL_HD BrickNeighbours(const BrickMap& map, int brick)
-      : map_(map), brick_(brick), origin_(map.origin_of(brick)), end_(map.resolution()) {}
+      : map_(map), origin_(map.origin_of(brick)), end_(map.resolution()) {}
 
   /// The brick's lowest voxel.
   PL_HD const VoxelPosition& origin() const { return origin_; }
   /// The voxel at a position in the brick or one beyond it, 0…8 on each axis.
   PL_HD VoxelAddress find(const VoxelPosition& p) const {
     if (origin_.x + p.x >= end_ || origin_.y + p.y >= end_ || origin_.z + p.z >= end_) return {-1, 0};
-    const VoxelPosition b = brick_of(p);
-    return {brick_ + map_.brick_index<std::int32_t>(b.x, b.y, b.z), offset_in_brick(p)};
+    return map_.find({origin_.x + p.x, origin_.y + p.y, origin_.z + p.z});
   }
 
  private:
   const BrickMap& map_;
-  int brick_;
   VoxelPosition origin_;
   int end_;
 };

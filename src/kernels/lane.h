@@ -52,6 +52,8 @@ PL_HD std::int32_t to_int(float a) { return static_cast<std::int32_t>(a); }
 PL_HD float to_float(std::int32_t a) { return static_cast<float>(a); }
 PL_HD std::int32_t min_int(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
 PL_HD std::int32_t max_int(std::int32_t a, std::int32_t b) { return a > b ? a : b; }
+/// What lies in [0, 2n) as in a ring of n: [0, n).
+PL_HD std::int32_t wrap_int(std::int32_t a, std::int32_t n) { return a < n ? a : a - n; }
 template <int N>
 PL_HD std::int32_t shift_left(std::int32_t a) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) << N);
@@ -177,6 +179,13 @@ PL_HD IntBatch<A> min_int(const IntBatch<A>& a, const IntBatch<A>& b) {
 template <class A>
 PL_HD IntBatch<A> max_int(const IntBatch<A>& a, const IntBatch<A>& b) {
   return xsimd::max(a, b);
+}
+template <class A>
+PL_HD IntBatch<A> wrap_int(const IntBatch<A>& a, std::int32_t n) {
+  // Without a sign a − n is the smaller one only where it is not below zero.
+  using Unsigned = xsimd::batch<std::uint32_t, A>;
+  return xsimd::bitwise_cast<IntBatch<A>>(
+      xsimd::min(xsimd::bitwise_cast<Unsigned>(a), xsimd::bitwise_cast<Unsigned>(a - IntBatch<A>(n))));
 }
 template <class A>
 PL_HD BatchMask<A> equal(const IntBatch<A>& a, const IntBatch<A>& b) {

@@ -76,6 +76,16 @@ class SparseBricks {
   /// −1 where there is none.
   PL_HD std::int32_t find_brick(const VoxelPosition& p) const { return table[entry_of(p)] - 1; }
 
+  /// Makes a brick at a position that has none, for whoever keeps the memory: there must be room.
+  std::int32_t make_brick(const VoxelPosition& p) {
+    const std::int32_t brick = bricks++;
+    x[brick] = p.x;
+    y[brick] = p.y;
+    z[brick] = p.z;
+    table[entry_of(p)] = brick + 1;
+    return brick;
+  }
+
   /// kUnknownDistance of a voxel that too few readings met. One that more of them saw through is free: it counts as a
   /// voxel's side before a surface, so that a silhouette closes where nothing was measured beside it.
   PL_HD float distance_of(std::ptrdiff_t word, float min_hits) const {

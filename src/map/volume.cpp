@@ -71,7 +71,7 @@ VolumePlacementResult place_volume(const VolumeParameters& parameters, const Pin
 }
 
 Volume::Volume(const VolumeParameters& parameters, const Pinhole& camera, const Backend& backend, bool with_color)
-    : backend_(&backend), parameters_(parameters), ranges_(camera, backend) {
+    : backend_(&backend), parameters_(parameters), ranges_(camera, backend), packed_(with_color) {
   view_ = kernels::BrickMap(parameters.resolution);
   view_.truncation = static_cast<float>(parameters.truncation);
   const std::size_t voxels = view_.voxel_words();
@@ -87,7 +87,10 @@ Volume::Volume(const VolumeParameters& parameters, const Pinhole& camera, const 
 }
 
 void Volume::place(const VolumePlacementResult& placement) {
-  world_from_volume_ = placement.world_from_volume;
+  world_from_volume_ = world_from_window_ = placement.world_from_volume;
+  view_.move({-first_brick_.x, -first_brick_.y, -first_brick_.z});
+  first_brick_ = {0, 0, 0};
+  packed_ = PackedBricks(view_.has_color());
   view_.voxel_size = static_cast<float>(placement.side / view_.resolution());
   if (frames_ > 0) {  // fresh memory is zero and must not be touched: untouched pages cost nothing
     voxels_.clear(*backend_);
@@ -102,7 +105,7 @@ int Volume::bricks_updated() const { return listed_.download(*backend_).front();
 
 void Volume::integrate(const Plane<float>& depth, const Plane<std::int32_t>* color, const Pinhole& camera,
                        const SE3& world_from_camera) {
-  const RigidTransform camera_from_volume = to_kernel(world_from_camera.inverse() * world_from_volume_);
+  const RigidTransform camera_from_volume = to_kernel(world_from_camera.inverse() * world_from_window_);
   ranges_.measure(depth);
   backend_->run(kernels::MarkBricks{view_, ranges_.view(), camera, camera_from_volume, marked_.data()});
   const PlaneView<const std::int32_t> colors = color != nullptr ? read_only(*color) : PlaneView<const std::int32_t>{};
@@ -123,7 +126,7 @@ kernels::RaySpanView Volume::span_rays(const SE3& world_from_camera, const Pinho
   if (spans_.size() < 2 * tiles) spans_ = DeviceArray<float>(*backend_, 2 * tiles);
   spans.nearest = spans_.data();
   spans.farthest = spans.nearest + tiles;
-  backend_->run(kernels::RaySpans{view_, spans, camera, to_kernel(world_from_camera.inverse() * world_from_volume_),
+  backend_->run(kernels::RaySpans{view_, spans, camera, to_kernel(world_from_camera.inverse() * world_from_window_),
                                   min_distance});
   return spans;
 }
@@ -132,7 +135,7 @@ void Volume::predict(const SE3& world_from_camera, const RaycastRange& range, De
   DepthLevel& finest = model->front();
   const auto min_distance = static_cast<float>(range.min_distance);
   backend_->run(kernels::Raycast{view_, finest.depth.view(), finest.normals(), finest.camera,
-                                 to_kernel(world_from_volume_.inverse() * world_from_camera), min_distance,
+                                 to_kernel(world_from_window_.inverse() * world_from_camera), min_distance,
                                  static_cast<float>(range.max_distance),
                                  span_rays(world_from_camera, finest.camera, min_distance)});
   for (std::size_t i = 1; i < model->size(); ++i) {

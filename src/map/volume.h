@@ -1,10 +1,13 @@
 // The model: a truncated signed distance volume that frames are fused into, predicted from and meshed.
 #pragma once
 
+#include <functional>
+
 #include "backend/maps.h"
 #include "core/device_array.h"
 #include "kernels/brick_map.h"
 #include "map/depth_ranges.h"
+#include "map/packed_bricks.h"
 #include "plumbline/image.h"
 #include "plumbline/map.h"
 #include "plumbline/mesh.h"
@@ -38,7 +41,8 @@ inline RaycastRange raycast_range(double max_depth) {
   return range;
 }
 
-/// A dense cube of voxels in a backend's memory, allocated once.
+/// A cube of voxels in a backend's memory, allocated once: all of the map, or, where it is to follow the camera, a
+/// window on a map without an end.
 class Volume {
  public:
   /// Throws std::bad_alloc if the memory is not there. `backend` must outlive the volume.
@@ -47,6 +51,10 @@ class Volume {
   /// Sets pose and size; what was fused before is forgotten.
   void place(const VolumePlacementResult& placement);
 
+  /// With the placement `follow`: moves the window where the camera leaves its middle. Bricks that leave it are packed,
+  /// those that are known there are unpacked. Otherwise does nothing.
+  void follow(const SE3& world_from_camera);
+
   /// Fuses a depth image (metres) and, if not null, its colours, seen from `world_from_camera`.
   void integrate(const Plane<float>& depth, const Plane<std::int32_t>* color, const Pinhole& camera,
                  const SE3& world_from_camera);
@@ -54,24 +62,39 @@ class Volume {
   /// Predicts depth and normals at every level of `model`.
   void predict(const SE3& world_from_camera, const RaycastRange& range, DepthPyramid* model) const;
 
-  /// The surface, world frame. Colours when the volume has them. Empty when nothing was fused.
+  /// The surface, that outside the window included, world frame. Colours when the volume has them. Empty when nothing
+  /// was fused.
   Mesh extract_mesh(const MeshParameters& parameters) const;
-  /// The voxels of all bricks that hold or held a surface.
+  /// The voxels of all bricks that hold or held a surface, inside the window and outside.
   Map extract_map() const;
 
-  const SE3& world_from_volume() const { return world_from_volume_; }
+  const SE3& world_from_volume() const {
+    return world_from_volume_;
+  }  ///< as placed; where the window has moved, its first place
+  const SE3& world_from_window() const { return world_from_window_; }
+  std::size_t packed_bricks() const { return packed_.size(); }
   double side() const { return view_.voxel_size * static_cast<double>(view_.resolution()); }
   double voxel_size() const { return view_.voxel_size; }
   int bricks_updated() const;  ///< by the latest frame
   const kernels::BrickMap& view() const { return view_; }
 
  private:
+  void move_window(const kernels::VoxelPosition& by);
+  void pack_leaving(const kernels::VoxelPosition& by);
+  void unpack_entering();
+  /// Of every brick that holds or held a surface, its position counted in bricks from the volume's lowest one.
+  using BrickVisitor = std::function<void(const kernels::VoxelPosition&, const BrickWords&)>;
+  void visit_bricks(const BrickVisitor& visit) const;
+  Mesh mesh_of_window(int min_weight) const;
+  Mesh mesh_of_all(int min_weight) const;
   kernels::RaySpanView span_rays(const SE3& world_from_camera, const Pinhole& camera, float min_distance) const;
 
   const Backend* backend_;
   VolumeParameters parameters_;
   DepthRanges ranges_;
-  SE3 world_from_volume_;
+  SE3 world_from_volume_, world_from_window_;
+  kernels::VoxelPosition first_brick_ = {0, 0, 0};  ///< the window's lowest, counted in bricks from the volume's
+  PackedBricks packed_;                             ///< outside the window
   kernels::BrickMap view_;
   DeviceArray<std::int32_t> voxels_, colors_, states_, marked_, list_, listed_;
   mutable DeviceArray<float> spans_;  ///< of the previous prediction's rays; scratch

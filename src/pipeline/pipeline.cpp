@@ -58,7 +58,8 @@ struct Pipeline::State {
 
   TrackedFrame locate(const Frame& frame, std::vector<IcpIteration>* trace);
   void accept(const Frame& frame, const TrackedFrame& tracked);
-  void render(const SE3& world_from_camera, DepthPyramid* levels) const;
+  void fuse(const SE3& world_from_camera);
+  void render(const SE3& world_from_camera, DepthPyramid* levels);
   void predict(const SE3& world_from_camera);
   void take_back(FrameReport* report);
   void report_pose(const TrackedFrame& tracked, FrameReport* report) const;
@@ -104,9 +105,7 @@ FrameReport Pipeline::process(const Frame& frame, FrameDiagnostics* diagnostics)
   const SE3& world_from_camera = report.world_from_camera = s.tracker.world_from_camera();
 
   // 3. Fusion of the raw depth, and of colour where there is some; not at a place that is on trial.
-  if (has_pose(tracked.result.status))
-    timed(&report.milliseconds.integrate,
-          [&] { s.volume.integrate(s.live.raw_depth(), s.live.color(), s.camera, world_from_camera); });
+  if (has_pose(tracked.result.status)) timed(&report.milliseconds.integrate, [&] { s.fuse(world_from_camera); });
 
   // 4. Surface prediction for the next frame.
   timed(&report.milliseconds.raycast, [&] { s.predict(world_from_camera); });
@@ -135,7 +134,13 @@ void Pipeline::State::accept(const Frame& frame, const TrackedFrame& tracked) {
   if (has_pose(tracked.result.status)) recovery.remember(live, frame, tracker);
 }
 
-void Pipeline::State::render(const SE3& world_from_camera, DepthPyramid* levels) const {
+void Pipeline::State::fuse(const SE3& world_from_camera) {
+  volume.follow(world_from_camera);
+  volume.integrate(live.raw_depth(), live.color(), camera, world_from_camera);
+}
+
+void Pipeline::State::render(const SE3& world_from_camera, DepthPyramid* levels) {
+  volume.follow(world_from_camera);
   volume.predict(world_from_camera, raycast_range(parameters.preprocess.max_depth), levels);
 }
 

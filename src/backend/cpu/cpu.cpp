@@ -85,6 +85,12 @@ void LanesBase::integrate_marked(const kernels::Integrate& kernel, const std::in
 
 std::int64_t LanesBase::scan(std::int32_t* values, int count) const { return cpu::scan(threads_, values, count); }
 
+void LanesBase::run(const kernels::TakeBrick& kernel, int entries) const {
+  threads_.run(entries, [&](int entry, int) { kernel(entry); });
+}
+void LanesBase::run(const kernels::PutBrick& kernel, int entries) const {
+  threads_.run(entries, [&](int entry, int) { kernel(entry); });
+}
 void LanesBase::run(const kernels::CountBrick& kernel, int entries) const {
   threads_.run(entries, [&](int entry, int) { kernel(entry); });
 }

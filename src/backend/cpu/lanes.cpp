@@ -42,6 +42,9 @@ class Lanes final : public LanesBase {
   void run(const kernels::MarkBricks& k) const override {
     for_each<F>(threads(), k.volume.bricks_per_row(), k.volume.brick_rows(), k);
   }
+  void run(const kernels::MarkLeavingBricks& k) const override {
+    for_each<F>(threads(), k.volume.bricks_per_row(), k.volume.brick_rows(), k);
+  }
   void integrate_listed(const kernels::Integrate& k, const std::int32_t* list, int count) const override {
     for_each_brick<F>(threads(), k, list, count);
   }

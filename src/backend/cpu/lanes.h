@@ -26,6 +26,8 @@ class LanesBase : public Backend, public FineFusionStages {
   void integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count, std::int32_t* list,
                         std::int32_t* listed) const override;
   std::int64_t scan(std::int32_t* values, int count) const override;
+  void run(const kernels::TakeBrick& kernel, int entries) const override;
+  void run(const kernels::PutBrick& kernel, int entries) const override;
   void run(const kernels::CountBrick& kernel, int entries) const override;
   void run(const kernels::WriteBrick& kernel, int entries) const override;
   void run(const kernels::CountBrickOf<kernels::SparseBricks>& kernel, int entries) const override;

@@ -248,6 +248,12 @@ class CudaBackend final : public Backend {
   void integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count, std::int32_t* list,
                         std::int32_t* listed) const override;
 
+  void run(const kernels::MarkLeavingBricks& k) const override {
+    pixels(k.volume.bricks_per_row(), k.volume.brick_rows(), k, "MarkLeavingBricks");
+  }
+  void run(const kernels::TakeBrick& k, int count) const override { entries(k, count, "TakeBrick"); }
+  void run(const kernels::PutBrick& k, int count) const override { entries(k, count, "PutBrick"); }
+
   void run(const kernels::RaySpans& k) const override;
   void run(const kernels::Raycast& k) const override { on(k.depth, k, "Raycast"); }
   void run(const kernels::DecimateModel& k) const override { on(k.coarse_depth, k, "DecimateModel"); }
