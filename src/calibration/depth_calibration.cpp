@@ -28,6 +28,8 @@ constexpr double kSceneDepth = 1.5, kMaxSeconds = 3;  // m, s
 // Later ones that look at the same things again keep the views from sliding along a wall that fills a few of them.
 constexpr std::size_t kRevisits = 8;
 constexpr std::size_t kMinPairs = 20;
+// Of more pairs than this a part stands for all (fr1/xyz has 1851). Every fifth of all is left out: it judges.
+constexpr std::size_t kMaxPairs = 400, kMaxJudges = 100, kJudgeStep = 5;
 
 // Residuals and gates in 1/m. A Kinect's noise is 0.002/m at any depth (Nguyen et al. 2012).
 constexpr double kSigma = 0.003, kHuber = 2, kWideGate = 0.06, kGate = 0.03, kCosNormals = 0.87;
@@ -141,11 +143,12 @@ class Estimator {
     DepthCalibrationResult result;
     for (int round = 0; round < kRounds; ++round) {
       const bool joint = round >= kPoseRounds;
+      if (round == kPoseRounds) result.before = rms_of_judges();
       result.pairs = iterate(round < kPoseRounds / 2 ? kWideGate : kGate, joint);
       if (result.pairs < kMinPairs) return std::nullopt;
-      (joint ? result.after : result.before) = rms_;
       if (joint && step_ < kConvergedStep) break;
     }
+    result.after = rms_of_judges();
     result.distortion = distortion_;
     result.path = corrected(path);
     return result;
@@ -170,6 +173,7 @@ class Estimator {
   void choose_pairs();
   void pair_on_the_way(std::size_t first);
   void pair_with_revisits(std::size_t first);
+  void keep_apart_judges();
   /// What the scene moves by from one pose to another.
   double change(std::size_t first, std::size_t second) const { return view_change(given_motion({first, second})); }
   /// second_from_first, as given and as it is now.
@@ -185,6 +189,8 @@ class Estimator {
   }
 
   std::size_t iterate(double gate, bool joint);
+  /// 1/m, of the pairs that nothing was estimated from.
+  double rms_of_judges() const;
   Equations equations(const Pair& pair, double gate, bool joint) const;
   void add_point(const Pair& pair, const SE3& second_from_first, int x, int y, double gate, bool joint,
                  Equations* out) const;
@@ -208,8 +214,9 @@ class Estimator {
   std::vector<DepthDistortion::Nodes> nodes_;  ///< of each pixel of a view
   std::vector<double> distortion_at_;          ///< the distortion there, 1/m
   std::vector<Pose> poses_;
-  std::vector<Pair> pairs_;
-  double rms_ = 0, step_ = 0;  // 1/m, of the latest iteration
+  std::vector<Pair> pairs_, judges_;
+  double pair_weight_ = 1;  ///< so that those estimated from weigh as all would
+  double step_ = 0;         ///< 1/m, of the latest iteration
 };
 
 void Estimator::tabulate_nodes() {
@@ -237,6 +244,25 @@ void Estimator::choose_pairs() {
     pair_on_the_way(first);
     pair_with_revisits(first);
   }
+  keep_apart_judges();
+}
+
+/// `max_count` of the pairs at most, evenly spread.
+std::vector<Pair> thinned(const std::vector<Pair>& pairs, std::size_t max_count) {
+  if (pairs.size() <= max_count) return pairs;
+  std::vector<Pair> result;
+  for (std::size_t i = 0; i < max_count; ++i) result.push_back(pairs[(2 * i + 1) * pairs.size() / (2 * max_count)]);
+  return result;
+}
+
+void Estimator::keep_apart_judges() {
+  const auto all = static_cast<double>(pairs_.size());
+  std::vector<Pair> others;
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    (i % kJudgeStep == kJudgeStep - 1 ? judges_ : others).push_back(pairs_[i]);
+  pairs_ = thinned(others, kMaxPairs);
+  pair_weight_ = pairs_.empty() ? 1 : all / static_cast<double>(pairs_.size());
+  judges_ = thinned(judges_, kMaxJudges);
 }
 
 void Estimator::pair_on_the_way(std::size_t first) {
@@ -335,7 +361,6 @@ Equations Estimator::equations(const Pair& pair, double gate, bool joint) const 
 std::size_t Estimator::iterate(double gate, bool joint) {
   System system(poses_.size(), joint ? distortion_.values().size() : 0);
   std::size_t used = 0;
-  double squares = 0, points = 0;
   std::vector<Equations> batch(kBatch, Equations(0));
   for (std::size_t begin = 0; begin < pairs_.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, pairs_.size() - begin);
@@ -346,18 +371,29 @@ std::size_t Estimator::iterate(double gate, bool joint) {
       const Equations& e = batch[i];
       if (!e.is_good()) continue;
       system.add(pairs_[begin + i], motion(pairs_[begin + i]).adjoint(), e);
-      squares += e.squares;
-      points += e.points;
       ++used;
     }
   }
-  rms_ = points > 0 ? kSigma * std::sqrt(squares / points) : 0;
-  system.h /= kRedundancy;
-  system.b /= kRedundancy;
+  system.h *= pair_weight_ / kRedundancy;
+  system.b *= pair_weight_ / kRedundancy;
   hold_path(&system);
   if (joint) hold_nodes(&system);
   take_step(system);
   return used;
+}
+
+double Estimator::rms_of_judges() const {
+  std::vector<Equations> all(judges_.size(), Equations(0));
+  threads_.run(static_cast<int>(all.size()), [&](int i, int) {
+    all[static_cast<std::size_t>(i)] = equations(judges_[static_cast<std::size_t>(i)], kGate, false);
+  });
+  double squares = 0, points = 0;
+  for (const Equations& e : all) {
+    if (!e.is_good()) continue;
+    squares += e.squares;
+    points += e.points;
+  }
+  return points > 0 ? kSigma * std::sqrt(squares / points) : 0;
 }
 
 void Estimator::hold_path(System* system) const {

@@ -20,7 +20,7 @@ namespace {
 // fourth frame gave 281 and made it better (0.011 m).
 constexpr int kPieces = 4, kPieceFrames = 50, kAllPieces = kPieces * kPieceFrames, kMaxStride = 4;
 constexpr double kCalmStep = radians(3.5);  // of view_change
-constexpr std::size_t kMinRecordingFrames = 100, kMinRecordingPairs = 100;
+constexpr std::size_t kMinRecordingFrames = 30, kMinRecordingPairs = 30;
 
 // A distortion that is there takes 18 to 32 % off what pairs disagree by (fr1, simulated scenes); one that is not, or
 // that cannot be told from a corridor's walls, at most 3 %, and taking it out then made the run a little worse.
@@ -97,7 +97,8 @@ std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, 
   if (frames.size() < kMinRecordingFrames) return std::nullopt;
   CalibrationOptions fast = options;
   fast.parameters = fast_parameters(options.parameters.preprocess);
-  const std::vector<int> probe(frames.begin(), frames.begin() + kPieceFrames);
+  const std::vector<int> probe(frames.begin(),
+                               frames.begin() + std::min<std::ptrdiff_t>(kPieceFrames, std::ssize(frames)));
   std::optional<PieceCalibration> calibration(std::in_place, sequence, fast);
   calibration->add(probe);
   const std::vector<std::vector<int>> pieces =

@@ -49,8 +49,9 @@ std::unique_ptr<Pipeline> make_pipeline(const Parameters& parameters, const Fram
 
 std::string volume_text(const VolumeParameters& volume) {
   const int resolution = (volume.resolution + 7) / 8 * 8;
-  return fmt::format("{0}x{0}x{0} voxels of {1:.2f} mm, side {2:g} m, truncation {3:g} m", resolution,
-                     1e3 * volume.side / resolution, volume.side, volume.truncation);
+  return fmt::format("{0}x{0}x{0} voxels of {1:.2f} mm, side {2:g} m, truncation {3:g} m{4}", resolution,
+                     1e3 * volume.side / resolution, volume.side, volume.truncation,
+                     volume.placement == VolumePlacement::follow ? ", moves with the camera" : "");
 }
 
 void process_frames(FrameSource& source, Pipeline& pipeline, const RunHooks& hooks, Reconstruction* run) {

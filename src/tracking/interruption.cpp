@@ -10,7 +10,8 @@ namespace plumbline {
 namespace {
 
 constexpr std::size_t kRemembered = 61;
-constexpr double kUnusual = 2.5;  // times the usual interval
+// Times the usual interval. A camera that left frames out was watched all the same; frames that were lost were not.
+constexpr double kUnusual = 2.5, kUnusualAfterLoss = 1.5;
 
 }  // namespace
 
@@ -22,7 +23,9 @@ void FrameIntervals::observe(Nanoseconds time) {
 
 bool FrameIntervals::is_interrupted(Nanoseconds previous, Nanoseconds time, double max_gap) const {
   const double usual = median(std::vector<double>(seconds_.begin(), seconds_.end()));
-  return std::abs(to_seconds(time - previous)) > std::max(max_gap, kUnusual * usual);
+  const double gap = std::abs(to_seconds(time - previous));
+  const bool has_lost = !seconds_.empty() && gap > 1.1 * seconds_.back();  // the frame before this one was not accepted
+  return gap > std::max(max_gap, (has_lost ? kUnusualAfterLoss : kUnusual) * usual);
 }
 
 }  // namespace plumbline

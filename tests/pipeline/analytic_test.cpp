@@ -201,6 +201,44 @@ TEST(AnalyticPipeline, AVolumeMayBeGivenByItsPose) {
   EXPECT_LT(sum / static_cast<double>(result.mesh.positions.size()), 0.004);
 }
 
+TEST(AnalyticPipeline, TheVolumeFollowsTheCamera) {
+  // Past boxes and balls for 5 m, in a volume of 2.4 m; one that stays loses the camera.
+  sim::AnalyticScene scene{{sim::plane({0, 0, -0.8}, {0, 0, 1}), sim::plane({0, 1.0, 0}, {0, -1, 0})}};
+  for (int i = 0; i < 12; ++i) {
+    const double x = -0.6 + 0.6 * i;
+    scene.primitives.push_back(sim::sphere({x, 0.8, 0.1 * (i % 3) - 0.4}, 0.25));
+    scene.primitives.push_back(sim::box(SE3(Eigen::Matrix3d::Identity(), {x + 0.3, 0.6, -0.7}), {0.1, 0.15, 0.2}));
+  }
+  constexpr int kCount = 126;
+  const auto pose = [](int i) {
+    const double x = 0.04 * i;
+    return sim::look_at({x, -0.4, 0.1}, {x + 0.3, 0.8, -0.5});
+  };
+  const auto frame = [&](int i) {
+    Frame f = sim::render(scene, small_camera(), pose(i), Nanoseconds{33'333'333} * i);
+    f.index = i;
+    return f;
+  };
+  Parameters parameters = small_parameters();
+  parameters.volume.side = 2.4;
+  parameters.volume.resolution = 96;
+  parameters.volume.offset = -0.3;
+  parameters.volume.placement = VolumePlacement::follow;
+  const test::Run run = test::run_pipeline(parameters, small_camera(), kCount, frame, 0, pose(0));
+  EXPECT_EQ(run.lost, 0);
+  const SE3 error = pose(kCount - 1).inverse() * run.trajectory.back().world_from_camera;
+  EXPECT_LT(error.translation().norm(), 0.05) << "of 5 m";
+  double lowest = 1e9, highest = -1e9;
+  for (const Mesh::Float3& p : run.mesh.positions) {
+    lowest = std::min(lowest, double{p.x});
+    highest = std::max(highest, double{p.x});
+  }
+  EXPECT_GT(highest - lowest, 5.5) << "what it left is in the mesh";
+
+  parameters.volume.placement = VolumePlacement::front;
+  EXPECT_GT(test::run_pipeline(parameters, small_camera(), kCount, frame, 0, pose(0)).lost, 30);
+}
+
 TEST(AnalyticPipeline, TheMeshFacesTheFreeSide) {
   const test::Run result = run(small_parameters());
   std::size_t agree = 0;
