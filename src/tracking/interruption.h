@@ -15,7 +15,8 @@ class FrameIntervals {
   void observe(Nanoseconds time);
 
   /// Whether nothing links a frame to the one that was accepted at `previous`: it is more than `max_gap` seconds later,
-  /// and later than frames usually are. A clock that went back is an interruption of so long.
+  /// and later than frames usually are, as after a single lost frame of a slow recording. A clock that went back is an
+  /// interruption of so long.
   bool is_interrupted(Nanoseconds previous, Nanoseconds time, double max_gap) const;
 
  private:

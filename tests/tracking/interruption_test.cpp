@@ -30,6 +30,13 @@ TEST(FrameIntervals, LostFramesCountByTheirTime) {
   EXPECT_TRUE(interrupted(frames_every(0.03), 0.0, 0.3)) << "the previous accepted frame was ten frames ago";
 }
 
+TEST(FrameIntervals, ASlowRecordingIsInterruptedByOneLostFrame) {
+  FrameIntervals intervals = frames_every(0.5);
+  intervals.observe(from_seconds(5.0));
+  EXPECT_TRUE(interrupted(intervals, 4.5, 5.5)) << "that at 5.0 was lost";
+  EXPECT_FALSE(interrupted(intervals, 5.0, 5.5));
+}
+
 TEST(FrameIntervals, AClockThatGoesBackIsAnInterruption) {
   EXPECT_TRUE(interrupted(frames_every(0.03), 0.27, -5.0));
   EXPECT_FALSE(interrupted(frames_every(0), 0, 0)) << "stamps that say nothing";
