@@ -33,9 +33,11 @@ constexpr std::size_t kMaxPairs = 400, kMaxJudges = 100, kJudgeStep = 5;
 
 // Residuals and gates in 1/m. A Kinect's noise is 0.002/m at any depth (Nguyen et al. 2012).
 constexpr double kSigma = 0.003, kHuber = 2, kWideGate = 0.06, kGate = 0.03, kCosNormals = 0.87;
-constexpr double kRedundancy = 100;  // points that tell no more than one: neighbours, and one thing in many pairs
-constexpr std::size_t kBatch = 64;   // pairs at a time
-constexpr int kMinPoints = 300;
+// Every fourth pixel of every fourth row, others in each pair: what lies between tells next to nothing new.
+constexpr int kPixelStep = 4;
+constexpr double kRedundancy = 25;  // points that tell no more than one: neighbours, and one thing in many pairs
+constexpr std::size_t kBatch = 64;  // pairs at a time
+constexpr int kMinPoints = 75;
 constexpr double kMinOverlap = 0.3;
 constexpr int kPoseRounds = 4, kRounds = 14;
 constexpr double kConvergedStep = 1e-4;  // 1/m: a smaller step of the nodes means convergence
@@ -352,8 +354,10 @@ void Estimator::add_nodes(const PointResidual& r, double weight, double slope, c
 Equations Estimator::equations(const Pair& pair, double gate, bool joint) const {
   Equations out(joint ? static_cast<Index>(distortion_.values().size()) : 0);
   const SE3 second_from_first = motion(pair);
-  for (int y = 0; y < camera_.height; y += 2)
-    for (int x = 0; x < camera_.width; x += 2) add_point(pair, second_from_first, x, y, gate, joint, &out);
+  const auto first_x = static_cast<int>(pair.first % kPixelStep), first_y = static_cast<int>(pair.second % kPixelStep);
+  for (int y = first_y; y < camera_.height; y += kPixelStep)
+    for (int x = first_x; x < camera_.width; x += kPixelStep)
+      add_point(pair, second_from_first, x, y, gate, joint, &out);
   return out;
 }
 
