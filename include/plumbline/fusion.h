@@ -34,7 +34,7 @@ struct FusionOptions {
   double min_island = 10;               ///< smaller pieces of surface are left out: side of a square, in voxels
   std::size_t max_triangles = 0;        ///< the mesh is simplified to so many; 0: not
   double expected_area = 0;             ///< m² of surface, from a coarse mesh; 0: nobody knows
-  std::string backend = "cpu";          ///< "cpu" or one of its instruction sets
+  std::string backend = "cpu";          ///< as for `make_backend`
   int threads = 0;                      ///< 0 = all cores
   std::function<bool()> stopping = {};  ///< asked before each frame
   std::function<void(const FusionProgress&)> on_progress = {};  ///< told after each frame

@@ -15,7 +15,7 @@ struct FuseFineBrick;
 class SparseBricks;
 }  // namespace kernels
 
-/// Runs the kernels of kernels/fine_fusion.h in the host's memory; see Backend.
+/// Runs the kernels of kernels/fine_fusion.h; see Backend.
 class FineFusionStages {
  public:
   virtual void run(const kernels::WeighReadings& kernel) const = 0;

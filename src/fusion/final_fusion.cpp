@@ -123,9 +123,9 @@ class FusionPass {
   const FusionOptions& options_;
 };
 
-std::size_t memory_limit(const FusionOptions& options) {
+std::size_t memory_limit(const FusionOptions& options, const Backend& backend) {
   if (options.memory != 0) return options.memory;
-  const std::size_t free = free_memory();
+  const std::size_t of_device = backend.free_memory(), free = of_device != 0 ? of_device : free_memory();
   return free != 0 ? free / 2 : kUnknownMemory;
 }
 
@@ -160,7 +160,7 @@ std::optional<FusionResult> fuse_frames(const Sequence& sequence, const std::vec
   if (frames.empty()) return std::nullopt;
   const std::shared_ptr<Backend> backend = make_backend(options.backend, options.threads);
   const bool color = options.color && sequence.info().color_frames > 0;
-  const std::size_t memory = memory_limit(options), max_bricks = memory / FineMap::bytes_per_brick(color);
+  const std::size_t memory = memory_limit(options, *backend), max_bricks = memory / FineMap::bytes_per_brick(color);
   const std::vector<double> depths = sampled_depths(sequence, frames, options.preprocess);
   if (depths.empty()) return std::nullopt;
   const double wanted =

@@ -121,7 +121,14 @@ void FineMap::make_room(std::size_t max_bricks, bool color) {
   if (color) colors_ = words(voxels);
   for (DeviceArray<std::int32_t>* array : {&states_, &x_, &y_, &z_, &marked_, &list_}) *array = words(padded);
   const std::size_t entries = std::bit_ceil(2 * max_bricks);
-  table_ = words(entries);
+  const HostMemory host;
+  for (DeviceArray<std::int32_t>* array : {&host_x_, &host_y_, &host_z_}) *array = {host, padded};
+  host_table_ = {host, entries};
+  index_.x = host_x_.data();
+  index_.y = host_y_.data();
+  index_.z = host_z_.data();
+  index_.table = host_table_.data();
+  index_.table_mask = static_cast<std::uint32_t>(entries - 1);
   view_.distances = distances_.data();
   view_.evidence = evidence_.data();
   view_.colors = colors_.data();
@@ -129,8 +136,6 @@ void FineMap::make_room(std::size_t max_bricks, bool color) {
   view_.x = x_.data();
   view_.y = y_.data();
   view_.z = z_.data();
-  view_.table = table_.data();
-  view_.table_mask = static_cast<std::uint32_t>(entries - 1);
 }
 
 FineMap::Fused FineMap::fuse(const Frame& frame, const SE3& world_from_camera) {
@@ -170,15 +175,27 @@ bool FineMap::make_touched_bricks(const View& view) {
   if (keys_.size() < keys) keys_ = DeviceArray<std::int32_t>(*backend_, keys);
   touched.keys = keys_.data();
   stages_->run(touched);
-  return make_bricks(touched, view.window);
+  const std::int32_t first_new = index_.bricks;
+  const bool has_room = make_bricks(touched, view.window);
+  send_new_bricks(first_new);
+  return has_room;
+}
+
+void FineMap::send_new_bricks(std::int32_t first) {
+  const std::size_t bytes = sizeof(std::int32_t) * static_cast<std::size_t>(index_.bricks - first);
+  backend_->upload(view_.x + first, index_.x + first, bytes);
+  backend_->upload(view_.y + first, index_.y + first, bytes);
+  backend_->upload(view_.z + first, index_.z + first, bytes);
+  view_.bricks = index_.bricks;
 }
 
 /// In the order of the keys, which no number of threads changes.
 bool FineMap::make_bricks(const kernels::TouchedBricks& touched, const BrickWindow& window) {
+  const std::vector<std::int32_t> all_keys = keys_.download(*backend_);
   std::array<std::int32_t, 4096> recent;  // most keys come again soon
   recent.fill(-1);
   for (int row = 0; row < touched.rows() * kernels::TouchedBricks::kSamples; ++row) {
-    const std::int32_t* keys = touched.keys + static_cast<std::ptrdiff_t>(row) * touched.stride;
+    const std::int32_t* keys = all_keys.data() + static_cast<std::ptrdiff_t>(row) * touched.stride;
     std::int32_t previous = -1;
     for (int i = 0; i < touched.columns(); ++i) {
       const std::int32_t key = keys[i];
@@ -208,19 +225,25 @@ void FineMap::update(const View& view) {
 }
 
 bool FineMap::make_brick(const VoxelPosition& position) {
-  if (view_.find_brick(position) >= 0) return true;
-  if (bricks() == max_bricks_) return false;
-  view_.make_brick(position);
+  if (index_.find_brick(position) >= 0) return true;
+  if (static_cast<std::size_t>(index_.bricks) == max_bricks_) return false;
+  index_.make_brick(position);
   return true;
 }
 
 Mesh FineMap::extract_mesh(int min_readings) const {
   const DeviceArray<std::int32_t> list(*backend_, bricks() + kLanePadding);
   const int entries = backend_->compact(view_.states, view_.bricks, list.data());
-  std::vector<std::int32_t> position(bricks(), -1);
-  for (int i = 0; i < entries; ++i) position[static_cast<std::size_t>(list.data()[i])] = i;
+  std::vector<std::int32_t> entry_of_each(bricks(), -1);
+  const std::vector<std::int32_t> listed = list.download(*backend_, static_cast<std::size_t>(entries));
+  for (int i = 0; i < entries; ++i) entry_of_each[static_cast<std::size_t>(listed[static_cast<std::size_t>(i)])] = i;
+  const DeviceArray<std::int32_t> position(*backend_, entry_of_each), table(*backend_, host_table_.size());
+  backend_->upload(table.data(), index_.table, sizeof(std::int32_t) * host_table_.size());
+  kernels::SparseBricks map = view_;
+  map.table = table.data();
+  map.table_mask = index_.table_mask;
   const int readings = std::clamp(min_readings, 1, std::max(frames_, 1));
-  return mesh_of_bricks(*backend_, *stages_, view_, {list.data(), position.data(), entries}, readings);
+  return mesh_of_bricks(*backend_, *stages_, map, {list.data(), position.data(), entries}, readings);
 }
 
 }  // namespace plumbline

@@ -1,4 +1,5 @@
-// The map of the final fusion: bricks of fine voxels wherever a surface was seen, in the host's memory.
+// The map of the final fusion: bricks of fine voxels wherever a surface was seen. The host makes the bricks and keeps
+// their table; voxels are in the backend's memory.
 #pragma once
 
 #include <cstddef>
@@ -74,6 +75,8 @@ class FineMap {
   bool make_brick(const kernels::VoxelPosition& position);
   void update(const View& view);
 
+  void send_new_bricks(std::int32_t first);
+
   const Backend* backend_;
   const FineFusionStages* stages_;
   Pinhole camera_;
@@ -81,10 +84,12 @@ class FineMap {
   LiveFrame live_;
   DepthRanges ranges_;
   kernels::FusionNoise noise_;
-  kernels::SparseBricks view_;
+  kernels::SparseBricks view_;   ///< in the backend's memory, without the table
+  kernels::SparseBricks index_;  ///< positions and table, in the host's
   std::size_t max_bricks_;
   DeviceArray<float> distances_;
-  DeviceArray<std::int32_t> evidence_, colors_, states_, x_, y_, z_, table_, marked_, list_, keys_;
+  DeviceArray<std::int32_t> evidence_, colors_, states_, x_, y_, z_, marked_, list_, keys_;
+  DeviceArray<std::int32_t> host_x_, host_y_, host_z_, host_table_;
   Plane<std::int32_t> readings_;
   int frames_ = 0;
 };

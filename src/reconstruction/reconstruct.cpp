@@ -63,7 +63,7 @@ FusionOptions fusion_options(const ReconstructOptions& options) {
   FusionOptions fusion = options.fusion;
   fusion.color = fusion.color && options.color;
   fusion.threads = options.threads;
-  if (options.backend.starts_with("cpu")) fusion.backend = options.backend;
+  fusion.backend = options.backend;
   if (options.stopping) fusion.stopping = options.stopping;
   return fusion;
 }

@@ -230,6 +230,11 @@ cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr, int) {
 cudaError_t cudaMalloc(void** address, std::size_t bytes) {
   return simulated::allocate(simulated::Space::device, address, bytes);
 }
+cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
+  *total = std::size_t{1} << 30;
+  *free = *total / 2;
+  return cudaSuccess;
+}
 cudaError_t cudaMallocHost(void** address, std::size_t bytes) {
   return simulated::allocate(simulated::Space::pinned, address, bytes);
 }

@@ -12,7 +12,7 @@ void fuse_with_progress(const ReconstructionOptions& options, const FrameSource&
   FusionOptions fusion = options.fusion;
   fusion.color = options.input.color;
   fusion.threads = options.threads;
-  if (options.backend.starts_with("cpu")) fusion.backend = options.backend;
+  fusion.backend = options.backend;
   fusion.stopping = stopping;
   Progress progress(run->tracked(), options.quiet, {"frame", "fused again", "left out"});
   fusion.on_progress = [&](const FusionProgress& state) { progress.update(state.done, state.done, 0); };

@@ -16,6 +16,8 @@
 #include <new>
 
 #include "backend/cuda/launch.cuh"
+#include "backend/fine_fusion.h"
+#include "kernels/fine_fusion.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
@@ -182,8 +184,11 @@ struct ToLong {
   __host__ __device__ std::int64_t operator()(std::int32_t value) const { return value; }
 };
 
-class CudaBackend final : public Backend {
+class CudaBackend final : public Backend, public FineFusionStages {
  public:
+  using Backend::run;
+  using FineFusionStages::run;
+
   explicit CudaBackend(CudaMemory memory) : memory_(memory) {
     cudaDeviceProp properties;
     check(cudaGetDeviceProperties(&properties, 0), "cudaGetDeviceProperties");
@@ -262,6 +267,15 @@ class CudaBackend final : public Backend {
   std::int64_t scan(std::int32_t* values, int count) const override;
   void run(const kernels::WriteBrick& k, int count) const override { entries(k, count, "WriteBrick"); }
 
+  const FineFusionStages* fine_fusion() const override { return this; }
+  void run(const kernels::WeighReadings& k) const override { on(k.out, k, "WeighReadings"); }
+  void run(const kernels::TouchedBricks& k) const override { pixels(k.columns(), k.rows(), k, "TouchedBricks"); }
+  void run(const kernels::MarkFineBricks& k) const override;
+  void update(const kernels::FuseFineBrick& kernel, const std::int32_t* list, int count) const override;
+  void run(const kernels::CountFineBrick& k, int count) const override { entries(k, count, "CountFineBrick"); }
+  void run(const kernels::WriteFineBrick& k, int count) const override { entries(k, count, "WriteFineBrick"); }
+  std::size_t free_memory() const override;
+
   void wait() const override { stream_.wait(); }
   double milliseconds(const std::function<void()>& work) const override;
 
@@ -293,6 +307,7 @@ class CudaBackend final : public Backend {
   std::int32_t* cleared_histogram() const;
   static void check_bins(int bins);
   int resident_blocks(std::size_t shared_bytes) const;
+  unsigned brick_blocks(int bricks) const;
   template <class Count>
   void select(const std::int32_t* flags, int count, std::int32_t* list, Count* listed) const;
   /// Runs one of CUB's algorithms: asks for its memory first, as they all want it.
@@ -436,13 +451,35 @@ int CudaBackend::compact(const std::int32_t* flags, int count, std::int32_t* lis
   return static_cast<int>(*total_.get());
 }
 
+void CudaBackend::run(const kernels::MarkFineBricks& k) const {
+  launch(stream_, "MarkFineBricks", {blocks_for(k.volume.bricks, kReduceThreads), kReduceThreads},
+         for_each_along<kernels::MarkFineBricks>, k, k.volume.bricks);
+  launched("MarkFineBricks");
+}
+
+void CudaBackend::update(const kernels::FuseFineBrick& kernel, const std::int32_t* list, int count) const {
+  launch(stream_, "FuseFineBrick", {brick_blocks(count), kernels::kBrickVoxels},
+         for_each_listed_brick<kernels::FuseFineBrick>, kernel, list, count);
+  launched("FuseFineBrick");
+}
+
+std::size_t CudaBackend::free_memory() const {
+  std::size_t free = 0, total = 0;
+  check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo");
+  return free;
+}
+
+/// Blocks that update bricks in turn.
+unsigned CudaBackend::brick_blocks(int bricks) const {
+  constexpr int kBlocksOfProcessor = 2048 / kernels::kBrickVoxels;  // threads that one can hold
+  return static_cast<unsigned>(std::min(bricks, kBlocksOfProcessor * processors_));
+}
+
 void CudaBackend::integrate_marked(const kernels::Integrate& kernel, const std::int32_t* flags, int count,
                                    std::int32_t* list, std::int32_t* listed) const {
   select(flags, count, list, listed);
-  constexpr int kBlocksOfProcessor = 2048 / kernels::kBrickVoxels;  // threads that one can hold
-  const int blocks = std::min(count, kBlocksOfProcessor * processors_);
-  launch(stream_, "Integrate", {static_cast<unsigned>(blocks), kernels::kBrickVoxels},
-         for_each_brick<kernels::Integrate>, kernel, list, listed);
+  launch(stream_, "Integrate", {brick_blocks(count), kernels::kBrickVoxels}, for_each_brick<kernels::Integrate>, kernel,
+         list, listed);
   launched("Integrate");
 }
 

@@ -38,22 +38,39 @@ __global__ void for_each_entry(Kernel kernel, int entries) {
   if (entry < entries) kernel(entry);
 }
 
+/// kernel(x) for every element of a long row.
+template <class Kernel>
+__global__ void for_each_along(Kernel kernel, int count) {
+  const int x = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (x < count) kernel.template operator()<float>(x);
+}
+
 /// A block updates the listed bricks in turn, a thread a voxel, first making sure that a brick has or gets a surface.
+template <class Kernel>
+__device__ void update_bricks(const Kernel& kernel, const std::int32_t* list, int count) {
+  const int voxel = static_cast<int>(threadIdx.x);
+  for (int entry = static_cast<int>(blockIdx.x); entry < count; entry += static_cast<int>(gridDim.x)) {
+    const int brick = list[entry];
+    const auto at = kernel.at(brick);
+    std::int32_t& state = kernel.volume.state(brick);
+    // The same for the whole block: it is written below only once all of its threads have read it here.
+    if (state == 0) {
+      if (__syncthreads_or(kernel.template is_near_surface<float>(at, voxel)) == 0) continue;
+    }
+    const bool solid = __syncthreads_or(kernel.template update<float>(at, voxel)) != 0;
+    if (voxel == 0) state = solid ? kernels::kBrickSolid : kernels::kBrickFree;
+  }
+}
 /// How many are listed is in the device's memory, so that nobody waits for it.
 template <class Kernel>
 __global__ void __launch_bounds__(kernels::kBrickVoxels)
     for_each_brick(Kernel kernel, const std::int32_t* list, const std::int32_t* listed) {
-  const int count = *listed, voxel = static_cast<int>(threadIdx.x);
-  for (int entry = static_cast<int>(blockIdx.x); entry < count; entry += static_cast<int>(gridDim.x)) {
-    const int brick = list[entry];
-    std::int32_t& state = kernel.volume.state(brick);
-    // The same for the whole block: it is written below only once all of its threads have read it here.
-    if (state == 0) {
-      if (__syncthreads_or(kernel.template is_near_surface<float>(brick, voxel)) == 0) continue;
-    }
-    const bool solid = __syncthreads_or(kernel.template update<float>(brick, voxel)) != 0;
-    if (voxel == 0) state = solid ? kernels::kBrickSolid : kernels::kBrickFree;
-  }
+  update_bricks(kernel, list, *listed);
+}
+template <class Kernel>
+__global__ void __launch_bounds__(kernels::kBrickVoxels)
+    for_each_listed_brick(Kernel kernel, const std::int32_t* list, int count) {
+  update_bricks(kernel, list, count);
 }
 
 /// N sums of one thread, and the block's histogram.
