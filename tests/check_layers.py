@@ -31,11 +31,12 @@ LIBRARY = {
 # The same for apps/plumbline and lab, beside the library; main.cpp joins all of them.
 PROGRAM = {
     "cli": set(),
-    "run": {"cli"},
-    "report": {"cli", "run"},
-    "commands": {"cli", "run", "report"},
-    "lab": {"cli", "run", "report"},
-    "main": {"cli", "run", "report", "commands", "lab"},
+    "view": {"cli"},
+    "run": {"cli", "view"},
+    "report": {"cli", "run", "view"},
+    "commands": {"cli", "run", "report", "view"},
+    "lab": {"cli", "run", "report", "view"},
+    "main": {"cli", "run", "report", "view", "commands", "lab"},
 }
 ALLOWED = {"plumbline": set(), **LIBRARY, **{name: below | set(LIBRARY) for name, below in PROGRAM.items()}}
 PRINTING = set(PROGRAM)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Bundles the page once more and compares it with the one that is kept: check_page.sh NEW_PAGE. Exits with 77 and says why
+# Bundles the pages once more and compares them with those that are kept: check_page.sh NEW_FOLDER. Exits with 77 and says why
 # where there is no node or npm, or npm cannot reach its packages.
 set -euo pipefail
 new=$(realpath -m "$1")
@@ -10,4 +10,6 @@ if [[ ! node_modules/.package-lock.json -nt package-lock.json ]]; then
   touch node_modules/.package-lock.json  # npm leaves it as it was where nothing had to be done
 fi
 node build.mjs "$new"
-cmp "$new" dist/page.html || { echo "web/dist/page.html is not what web/src gives: run ./dev page and commit it"; exit 1; }
+for page in page.html live.html; do
+  cmp "$new/$page" "dist/$page" || { echo "web/dist/$page is not what web/src gives: run ./dev page and commit it"; exit 1; }
+done

@@ -25,4 +25,19 @@ struct Map {
   std::vector<std::uint16_t> weights;  ///< of `distances`: frames that saw the voxel, up to a cap; 0: none
 };
 
+/// The bricks of a map that have changed, as they were between two frames: what a copy of the map that is kept
+/// elsewhere, as for a preview, follows it by.
+struct MapUpdate {
+  double voxel_size = 0;  ///< metres
+  double truncation = 0;  ///< metres
+  SE3 world_from_map;
+  std::vector<Map::Brick> bricks;
+  /// Map::kBrickVoxels a brick, x fastest, then y: the low half is the signed distance in 1/32767 of the truncation,
+  /// the high half the weight; 0: never seen.
+  std::vector<std::int32_t> voxels;
+  /// As `voxels`, a byte each of red, green, blue and weight, the lowest first; empty for a map without colour.
+  std::vector<std::int32_t> colors;
+  int waiting = 0;  ///< bricks that are to come with the next updates
+};
+
 }  // namespace plumbline

@@ -77,6 +77,11 @@ class PLUMBLINE_EXPORT Pipeline {
   /// The signed distances that it is the zero of: about 3 KiB for each brick with a surface.
   Map extract_map() const;
 
+  /// Bricks of the map that changed since they were taken before, `max_bricks` at most: those that are new first,
+  /// others after so many frames that their average can have moved. The first call counts all that is there. For
+  /// whoever draws the map while it grows; about a microsecond a brick on the CPU.
+  MapUpdate take_changes(int max_bricks);
+
   /// Of the latest frame that was accepted; before the first, the initial pose.
   SE3 world_from_camera() const;
   /// Pose and extent of the volume; the pose is set with the first frame.

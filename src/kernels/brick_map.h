@@ -105,6 +105,9 @@ class BrickMap {
   PL_HD BrickLanes<F> bricks_at(int x, int row) const {
     return {*this, x, row % bricks_, row / bricks_};
   }
+  PL_HD bool has_brick(const VoxelPosition& b) const {
+    return b.x >= 0 && b.y >= 0 && b.z >= 0 && b.x < bricks_ && b.y < bricks_ && b.z < bricks_;
+  }
   /// The brick at a position in the window, counted in bricks.
   PL_HD int slot_of(const VoxelPosition& b) const { return brick_index<std::int32_t>(b.x, b.y, b.z); }
   /// A brick's lowest voxel.

@@ -7,20 +7,69 @@
 
 namespace plumbline {
 
+kernels::VoxelPosition Volume::position_of(std::int32_t slot) const {
+  const kernels::VoxelPosition in_window = kernels::brick_of(view_.origin_of(slot));
+  return {first_brick_.x + in_window.x, first_brick_.y + in_window.y, first_brick_.z + in_window.z};
+}
+
+BrickWords Volume::words_of(std::int32_t slot) const {
+  BrickWords words;
+  constexpr std::size_t kBytes = sizeof(words.voxels);
+  backend_->download(words.voxels.data(), view_.voxels_of(slot), kBytes);
+  if (view_.has_color()) backend_->download(words.colors.data(), view_.colors_of(slot), kBytes);
+  backend_->download(&words.state, view_.states() + slot, sizeof(words.state));
+  return words;
+}
+
 void Volume::visit_bricks(const BrickVisitor& visit) const {
   const Backend& backend = *backend_;
   const DeviceArray<std::int32_t> list(backend, static_cast<std::size_t>(view_.slots()));
   const int entries = backend.compact(view_.states(), view_.slots(), list.data());
-  BrickWords words;
-  const std::size_t bytes = sizeof(words.voxels);
-  for (const std::int32_t brick : list.download(backend, static_cast<std::size_t>(entries))) {
-    backend.download(words.voxels.data(), view_.voxels_of(brick), bytes);
-    if (view_.has_color()) backend.download(words.colors.data(), view_.colors_of(brick), bytes);
-    backend.download(&words.state, view_.states() + brick, sizeof(words.state));
-    const kernels::VoxelPosition in_window = kernels::brick_of(view_.origin_of(brick));
-    visit({first_brick_.x + in_window.x, first_brick_.y + in_window.y, first_brick_.z + in_window.z}, words);
-  }
+  for (const std::int32_t brick : list.download(backend, static_cast<std::size_t>(entries)))
+    visit(position_of(brick), words_of(brick));
   for (const kernels::VoxelPosition& position : packed_.positions()) visit(position, packed_.unpack(position));
+}
+
+std::vector<BrickKey> Volume::keys_of(const std::vector<std::int32_t>& slots) const {
+  std::vector<BrickKey> keys;
+  keys.reserve(slots.size());
+  for (const std::int32_t slot : slots) keys.push_back(key_of(position_of(slot)));
+  return keys;
+}
+
+std::vector<BrickKey> Volume::bricks_with_surface() const {
+  const DeviceArray<std::int32_t> list(*backend_, static_cast<std::size_t>(view_.slots()));
+  const int entries = backend_->compact(view_.states(), view_.slots(), list.data());
+  std::vector<BrickKey> keys = keys_of(list.download(*backend_, static_cast<std::size_t>(entries)));
+  for (const kernels::VoxelPosition& position : packed_.positions()) keys.push_back(key_of(position));
+  return keys;
+}
+
+std::vector<BrickKey> Volume::updated_bricks() const {
+  return keys_of(list_.download(*backend_, static_cast<std::size_t>(bricks_updated())));
+}
+
+/// A brick that is nowhere, as the volume was placed anew, has nothing but zeros.
+BrickWords Volume::words_at(const kernels::VoxelPosition& position) const {
+  if (packed_.contains(position)) return packed_.unpack(position);
+  const kernels::VoxelPosition in_window = {position.x - first_brick_.x, position.y - first_brick_.y,
+                                            position.z - first_brick_.z};
+  return view_.has_brick(in_window) ? words_of(view_.slot_of(in_window)) : BrickWords();
+}
+
+MapUpdate Volume::copy_bricks(const std::vector<BrickKey>& bricks) const {
+  MapUpdate update;
+  update.voxel_size = voxel_size();
+  update.truncation = view_.truncation;
+  update.world_from_map = world_from_volume_;
+  for (const BrickKey key : bricks) {
+    const kernels::VoxelPosition position = position_of_key(key), lowest = kernels::first_voxel_of(position);
+    const BrickWords words = words_at(position);
+    update.bricks.push_back({lowest.x, lowest.y, lowest.z});
+    update.voxels.insert(update.voxels.end(), words.voxels.begin(), words.voxels.end());
+    if (view_.has_color()) update.colors.insert(update.colors.end(), words.colors.begin(), words.colors.end());
+  }
+  return update;
 }
 
 Map Volume::extract_map() const {

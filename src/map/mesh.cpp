@@ -11,18 +11,6 @@
 namespace plumbline {
 namespace {
 
-void transform(const SE3& world_from_volume, Mesh* mesh) {
-  const RigidTransform k = to_kernel(world_from_volume);
-  for (Mesh::Float3& p : mesh->positions) {
-    const Vec3<float> q = k.apply(Vec3<float>{p.x, p.y, p.z});
-    p = {q.x, q.y, q.z};
-  }
-  for (Mesh::Float3& n : mesh->normals) {
-    const Vec3<float> q = k.rotate(Vec3<float>{n.x, n.y, n.z});
-    n = {q.x, q.y, q.z};
-  }
-}
-
 /// For each of `slots` bricks its entry in a list, −1 for those that are not listed.
 std::vector<std::int32_t> entry_of_each(const std::vector<std::int32_t>& list, int slots) {
   std::vector<std::int32_t> entries(static_cast<std::size_t>(slots), -1);
@@ -47,7 +35,7 @@ Mesh Volume::mesh_of_window(int min_weight) const {
   const auto count = static_cast<std::size_t>(entries);
   const DeviceArray<std::int32_t> position(backend, entry_of_each(list.download(backend, count), slots));
   Mesh mesh = mesh_of_bricks(backend, backend, view_, {list.data(), position.data(), entries}, min_weight);
-  transform(world_from_window_, &mesh);
+  transform_mesh(world_from_window_, &mesh);
   return mesh;
 }
 
@@ -58,7 +46,7 @@ Mesh Volume::mesh_of_all(int min_weight) const {
     bricks.add(position, words, static_cast<double>(view_.truncation), min_weight);
   });
   Mesh mesh = bricks.extract_mesh();
-  transform(world_from_volume_, &mesh);
+  transform_mesh(world_from_volume_, &mesh);
   return mesh;
 }
 

@@ -23,4 +23,16 @@ void drop_unused_vertices(Mesh* mesh) {
   for (Mesh::Triangle& t : mesh->triangles) t = {renumbered[t.a], renumbered[t.b], renumbered[t.c]};
 }
 
+void transform_mesh(const SE3& world_from_mesh, Mesh* mesh) {
+  const RigidTransform k = to_kernel(world_from_mesh);
+  for (Mesh::Float3& p : mesh->positions) {
+    const Vec3<float> q = k.apply(Vec3<float>{p.x, p.y, p.z});
+    p = {q.x, q.y, q.z};
+  }
+  for (Mesh::Float3& n : mesh->normals) {
+    const Vec3<float> q = k.rotate(Vec3<float>{n.x, n.y, n.z});
+    n = {q.x, q.y, q.z};
+  }
+}
+
 }  // namespace plumbline

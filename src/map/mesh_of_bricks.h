@@ -5,11 +5,15 @@
 #include "core/device_array.h"
 #include "kernels/marching_cubes.h"
 #include "plumbline/mesh.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 
 /// Removes vertices that no triangle uses: edges at the rim of what was seen carry one, but no cell is whole there.
 void drop_unused_vertices(Mesh* mesh);
+
+/// From the map's frame, or from a part's of it, into the world's.
+void transform_mesh(const SE3& world_from_mesh, Mesh* mesh);
 
 /// In the backend's memory.
 struct ListedBricks {

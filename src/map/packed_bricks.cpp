@@ -67,12 +67,12 @@ void PackedBricks::keep(const kernels::VoxelPosition& position, std::int32_t sta
   if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // the buffer is large enough: nothing else is missing
   remove(position);
   const auto end = codec.packed.begin() + static_cast<std::ptrdiff_t>(size);
-  bricks_.emplace(key_of(position), Packed{state, std::vector<std::byte>(codec.packed.begin(), end)});
+  bricks_.emplace(order_of(position), Packed{state, std::vector<std::byte>(codec.packed.begin(), end)});
   bytes_ += size;
 }
 
 BrickWords PackedBricks::unpack(const kernels::VoxelPosition& position) const {
-  const Packed& packed = bricks_.at(key_of(position));
+  const Packed& packed = bricks_.at(order_of(position));
   Codec& codec = *codec_;
   ZSTD_decompressDCtx(codec.decompressor, codec.planes.data(), codec.planes.size(), packed.bytes.data(),
                       packed.bytes.size());
@@ -84,7 +84,7 @@ BrickWords PackedBricks::unpack(const kernels::VoxelPosition& position) const {
 }
 
 void PackedBricks::remove(const kernels::VoxelPosition& position) {
-  const auto found = bricks_.find(key_of(position));
+  const auto found = bricks_.find(order_of(position));
   if (found == bricks_.end()) return;
   bytes_ -= found->second.bytes.size();
   bricks_.erase(found);

@@ -19,6 +19,19 @@ struct BrickWords {
   std::array<std::int32_t, kernels::kBrickVoxels> colors{};  ///< zeros where the volume has none
 };
 
+/// A brick of the map by one number, wherever it is kept.
+using BrickKey = std::int64_t;
+constexpr int kBrickKeyBits = 21;  ///< an axis
+inline BrickKey key_of(const kernels::VoxelPosition& p) {
+  constexpr BrickKey kHalf = BrickKey{1} << (kBrickKeyBits - 1);
+  return ((p.z + kHalf) << 2 * kBrickKeyBits) | ((p.y + kHalf) << kBrickKeyBits) | (p.x + kHalf);
+}
+inline kernels::VoxelPosition position_of_key(BrickKey key) {
+  constexpr BrickKey kHalf = BrickKey{1} << (kBrickKeyBits - 1), kMask = 2 * kHalf - 1;
+  const auto axis = [&](int shift) { return static_cast<std::int32_t>((key >> shift & kMask) - kHalf); };
+  return {axis(0), axis(kBrickKeyBits), axis(2 * kBrickKeyBits)};
+}
+
 /// Positions are counted in bricks, in the frame of the map. Nothing is lost by packing.
 class PackedBricks {
  public:
@@ -32,6 +45,7 @@ class PackedBricks {
             const std::int32_t* colors);
   /// The brick must be there.
   BrickWords unpack(const kernels::VoxelPosition& position) const;
+  bool contains(const kernels::VoxelPosition& position) const { return bricks_.contains(order_of(position)); }
   void remove(const kernels::VoxelPosition& position);
 
   /// Of all bricks, ordered by z, y, x.
@@ -50,7 +64,7 @@ class PackedBricks {
   };
   struct Codec;
   using Key = std::array<std::int32_t, 3>;  ///< z, y, x
-  static Key key_of(const kernels::VoxelPosition& p) { return {p.z, p.y, p.x}; }
+  static Key order_of(const kernels::VoxelPosition& p) { return {p.z, p.y, p.x}; }
 
   bool with_color_;
   std::size_t bytes_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "backend/maps.h"
 #include "core/device_array.h"
@@ -68,6 +69,12 @@ class Volume {
   /// The voxels of all bricks that hold or held a surface, inside the window and outside.
   Map extract_map() const;
 
+  /// Bricks by `key_of`: those that hold or held a surface, inside the window and outside.
+  std::vector<BrickKey> bricks_with_surface() const;
+  /// Those that the latest frame updated.
+  std::vector<BrickKey> updated_bricks() const;
+  MapUpdate copy_bricks(const std::vector<BrickKey>& bricks) const;
+
   const SE3& world_from_volume() const {
     return world_from_volume_;
   }  ///< as placed; where the window has moved, its first place
@@ -85,6 +92,11 @@ class Volume {
   /// Of every brick that holds or held a surface, its position counted in bricks from the volume's lowest one.
   using BrickVisitor = std::function<void(const kernels::VoxelPosition&, const BrickWords&)>;
   void visit_bricks(const BrickVisitor& visit) const;
+  /// Counted in bricks from the volume's lowest one, of a brick in the window.
+  kernels::VoxelPosition position_of(std::int32_t slot) const;
+  std::vector<BrickKey> keys_of(const std::vector<std::int32_t>& slots) const;
+  BrickWords words_of(std::int32_t slot) const;
+  BrickWords words_at(const kernels::VoxelPosition& position) const;
   Mesh mesh_of_window(int min_weight) const;
   Mesh mesh_of_all(int min_weight) const;
   kernels::RaySpanView span_rays(const SE3& world_from_camera, const Pinhole& camera, float min_distance) const;

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "backend/backend.h"
+#include "map/changed_bricks.h"
 #include "map/volume.h"
 #include "pipeline/recovery.h"
 #include "plumbline/config.h"
@@ -74,6 +75,7 @@ struct Pipeline::State {
   Volume volume;
   PredictedSurface model;
   Recovery recovery;
+  std::optional<ChangedBricks> changes;  ///< none before somebody wants them
 };
 
 Pipeline::Pipeline(const Parameters& parameters, const Pinhole& camera, Backend& backend, const SE3& initial_pose,
@@ -137,6 +139,7 @@ void Pipeline::State::accept(const Frame& frame, const TrackedFrame& tracked) {
 void Pipeline::State::fuse(const SE3& world_from_camera) {
   volume.follow(world_from_camera);
   volume.integrate(live.raw_depth(), live.color(), camera, world_from_camera);
+  if (changes) changes->note(volume.updated_bricks());
 }
 
 void Pipeline::State::render(const SE3& world_from_camera, DepthPyramid* levels) {
@@ -187,6 +190,14 @@ Mesh Pipeline::extract_mesh() const { return state_->volume.extract_mesh(state_-
 ModelConsistency Pipeline::check_consistency() const { return state_->recovery.check_consistency(); }
 
 Map Pipeline::extract_map() const { return state_->volume.extract_map(); }
+
+MapUpdate Pipeline::take_changes(int max_bricks) {
+  State& s = *state_;
+  if (!s.changes) s.changes.emplace(s.volume.bricks_with_surface());
+  MapUpdate update = s.volume.copy_bricks(s.changes->take(max_bricks));
+  update.waiting = s.changes->waiting();
+  return update;
+}
 
 SE3 Pipeline::world_from_camera() const { return state_->tracker.world_from_camera(); }
 SE3 Pipeline::world_from_volume() const { return state_->volume.world_from_volume(); }

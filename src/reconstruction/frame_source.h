@@ -12,6 +12,7 @@
 #include "plumbline/orientation_stream.h"
 #include "plumbline/prefetch.h"
 #include "plumbline/sequence.h"
+#include "plumbline/time.h"
 
 namespace plumbline {
 
@@ -57,6 +58,10 @@ class FrameSource {
   virtual const Sequence* recording() const { return nullptr; }
   /// Why frames could not be read and were skipped, a sentence each.
   virtual std::vector<std::string> skipped() const { return {}; }
+  /// How a live sensor of orientations is, in words; empty where there is nothing to say.
+  virtual std::string sensor_state() const { return {}; }
+  /// The run has stood still for so many nanoseconds: what plays by a clock goes on from where it was.
+  virtual void delay([[maybe_unused]] Nanoseconds time) {}
   /// What happened since the previous call, a sentence each.
   virtual std::vector<std::string> take_messages() { return {}; }
 };

@@ -1,5 +1,5 @@
 // What the program has put into the page: JSON and base64 buffers in script elements.
-import { MeshoptDecoder } from 'three/examples/jsm/libs/meshopt_decoder.module.js';
+import { decodeIndices, decodeVertices, decoderReady } from './decode.js';
 
 function bytesOf(id) {
   const element = document.getElementById(id);
@@ -49,32 +49,17 @@ class FrameTable {
   }
 }
 
-function decodeVertices(id, count, bytesEach) {
-  const packed = bytesOf(id);
-  if (!packed) return null;
-  const vertices = new Uint8Array(count * bytesEach);
-  MeshoptDecoder.decodeVertexBuffer(vertices, count, bytesEach, packed);
-  return vertices.buffer;
-}
-
-/** Four components a vertex; see PackedMesh in src/app/report_mesh.h. */
+/** Four components a vertex; see PackedMesh in apps/plumbline/view/packed_mesh.h. */
 async function readMesh(header) {
   if (!header) return null;
-  await MeshoptDecoder.ready;
+  await decoderReady;
   const mesh = { ...header };
-  const view = (id, Type) => {
-    const buffer = decodeVertices(id, header.vertices, 4 * Type.BYTES_PER_ELEMENT);
-    return buffer && new Type(buffer);
-  };
+  const view = (id, Type) => decodeVertices(bytesOf(id), header.vertices, Type);
   mesh.positions = view('mesh-positions', Uint16Array);
   mesh.normals = view('mesh-normals', Int8Array);
   mesh.colors = view('mesh-colors', Uint8Array);
   mesh.errors = view('mesh-errors', Uint8Array);
-  const packed = bytesOf('mesh-indices');
-  if (packed) {
-    mesh.indices = new Uint32Array(3 * header.triangles);
-    MeshoptDecoder.decodeIndexBuffer(new Uint8Array(mesh.indices.buffer), mesh.indices.length, 4, packed);
-  }
+  mesh.indices = decodeIndices(bytesOf('mesh-indices'), header.triangles);
   return mesh;
 }
 

@@ -6,6 +6,7 @@
 
 #include "cli/arguments.h"
 #include "cli/backend_arguments.h"
+#include "cli/browser.h"
 #include "cli/capture_arguments.h"
 #include "cli/commands.h"
 #include "cli/console.h"
@@ -21,6 +22,7 @@
 #include "report/report.h"
 #include "run/live_source.h"
 #include "run/reconstruction.h"
+#include "view/view_arguments.h"
 
 namespace plumbline::app {
 namespace {
@@ -37,7 +39,8 @@ struct RunArguments {
   std::vector<std::string> left_out;
   std::vector<int> pixel_use_frames, icp_frames;
   FusionArguments fusion;
-  bool realtime = false, no_mesh = false, no_report = false, quiet = false, print_config = false;
+  ViewArguments view;
+  bool realtime = false, no_mesh = false, no_report = false, no_view = false, quiet = false, print_config = false;
   std::string command_line;
 };
 
@@ -114,6 +117,13 @@ void set_up_orientation(const OrientationArguments& arguments, ReconstructionOpt
   use(std::move(readings), options);
 }
 
+/// On a desktop a live run has its page without being told to.
+ViewArguments view_arguments(const RunArguments& arguments, bool live) {
+  ViewArguments view = arguments.view;
+  if (live && view.port.empty() && !arguments.no_view && has_desktop()) view.port = kFreePort;
+  return view;
+}
+
 int run(const RunArguments& arguments) {
   ReconstructionOptions options = reconstruction_options(arguments);
   if (arguments.print_config) {
@@ -135,6 +145,7 @@ int run(const RunArguments& arguments) {
       throw UsageError("a sensor is read in live runs alone", "--imu", "Run live:, or give --orientation FILE.");
     set_up_orientation(arguments.orientation, &options);
   }
+  options.view = open_view(view_arguments(arguments, live));
   const Reconstruction result = reconstruct(options);
   // Ctrl-C is how a live run ends.
   return result.signal == 0 || live ? 0 : 128 + result.signal;
@@ -183,6 +194,8 @@ void add_options(CLI::App& command, RunArguments& arguments) {
       ->check(CLI::NonNegativeNumber)
       ->allow_extra_args(false)
       ->type_name("FRAME");
+  add_view_arguments(command, arguments.view);
+  command.add_flag("--no-view", arguments.no_view, "No page, for a live run on a desktop");
   add_fusion_arguments(command, arguments.fusion);
   command.add_flag("--no-mesh", arguments.no_mesh, "Do not extract and write the mesh");
   command.add_flag("--no-report", arguments.no_report, "Do not write report.html");

@@ -12,6 +12,7 @@
 #include <system_error>
 #include <vector>
 
+#include "cli/browser.h"
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "io/atomic_file.h"
@@ -27,32 +28,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct ViewArguments {
+struct PageArguments {
   std::string what, output;
   bool no_open = false;
 };
 
-std::string environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value == nullptr ? "" : value;
-}
-
-/// Where pages of meshes lie until the next one of that name: the user's cache, or the folder for temporary files.
-fs::path cached_page(const fs::path& mesh) {
-  const std::string cache = environment("XDG_CACHE_HOME"), home = environment("HOME");
-  fs::path folder = !cache.empty() ? fs::path(cache) : !home.empty() ? fs::path(home) / ".cache" : fs::path();
-  const std::string name = mesh.stem().string() + ".html";
-  try {
-    if (folder.empty()) throw Error("no home", "HOME", "");
-    folder = folder / "plumbline" / "view";
-    ensure_directory(folder.string());
-    return folder / name;
-  } catch (const Error&) {
-    folder = fs::temp_directory_path() / fmt::format("plumbline-view-{}", getuid());
-    ensure_directory(folder.string());
-    return folder / name;
-  }
-}
+/// Where pages of meshes lie until the next one of that name.
+fs::path cached_page(const fs::path& mesh) { return fs::path(page_folder()) / (mesh.stem().string() + ".html"); }
 
 std::string extent_text(const Mesh& mesh) {
   if (mesh.positions.empty()) return "nothing";
@@ -89,7 +71,7 @@ std::string copied(const fs::path& page, const std::string& output) {
 }
 
 /// The page that shows `what`: the report of a run's folder, or a new page of a mesh.
-std::string page_of(const ViewArguments& arguments) {
+std::string page_of(const PageArguments& arguments) {
   const fs::path path(arguments.what);
   if (!fs::is_directory(path)) {
     if (path.extension() == ".html") return copied(path, arguments.output);
@@ -101,27 +83,7 @@ std::string page_of(const ViewArguments& arguments) {
               "Give the folder that `plumbline run` has written, or a mesh.");
 }
 
-/// Hands the page to the desktop's browser. Throws Error where there is none.
-void open_in_browser(const std::string& page) {
-  const std::string advice = "Open the file in a browser, here or on another machine; --no-open only writes it.";
-  if (environment("DISPLAY").empty() && environment("WAYLAND_DISPLAY").empty() && environment("BROWSER").empty())
-    throw Error("there is no display to open a browser on", page, advice);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  std::string program = "xdg-open", file = fs::absolute(page).string();
-  char* words[] = {program.data(), file.data(), nullptr};
-  pid_t pid = 0;
-  const int error = posix_spawnp(&pid, program.c_str(), &actions, nullptr, words, environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) throw Error("xdg-open cannot be started", page, "Install xdg-utils. " + advice);
-  int status = 0;
-  waitpid(pid, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw Error("xdg-open found no browser for it", page, advice);
-}
-
-int view(const ViewArguments& arguments) {
+int view(const PageArguments& arguments) {
   const std::string page = page_of(arguments);
   say("{}", page);
   if (!arguments.no_open) open_in_browser(page);
@@ -131,7 +93,7 @@ int view(const ViewArguments& arguments) {
 }  // namespace
 
 void add_view_command(CLI::App& app, Command& chosen) {
-  const auto arguments = std::make_shared<ViewArguments>();
+  const auto arguments = std::make_shared<PageArguments>();
   CLI::App* command = app.add_subcommand("view", "Look at a run or a mesh in the browser");
   command->add_option("what", arguments->what, "Folder of a run, or a PLY or OBJ file")
       ->required()

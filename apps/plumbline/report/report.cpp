@@ -13,8 +13,8 @@
 #include "plumbline/trajectory.h"
 #include "report/base64.h"
 #include "report/report_frames.h"
-#include "report/report_mesh.h"
 #include "report/report_template.h"
+#include "view/packed_mesh.h"
 
 namespace plumbline::app {
 namespace {

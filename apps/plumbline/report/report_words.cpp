@@ -101,6 +101,9 @@ std::vector<std::string> remarks_of(const Reconstruction& run) {
     remarks.emplace_back("No ground truth was given, so how far the path is from the truth is not known.");
   }
   if (!run.orientation.empty()) remarks.push_back(sensor_text(run));
+  if (run.crop)
+    remarks.push_back(fmt::format("Of the surface a box of {:.2f} × {:.2f} × {:.2f} m was kept.",
+                                  2 * run.crop->half.x(), 2 * run.crop->half.y(), 2 * run.crop->half.z()));
   if (!run.orientation_message.empty()) remarks.push_back(run.orientation_message);
   return remarks;
 }

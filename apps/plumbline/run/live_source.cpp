@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <thread>
 #include <utility>
 
@@ -113,6 +114,15 @@ std::optional<OrientationStreamOptions> LiveSource::orientation() const {
 std::optional<LiveCounts> LiveSource::live() const {
   const capture::GrabberStatus status = camera_->status();
   return LiveCounts{status.frames, status.dropped};
+}
+
+std::string LiveSource::sensor_state() const {
+  if (imu_ == nullptr) return "";
+  const capture::ImuStatus status = imu_->status();
+  if (!status.connected) return "not connected";
+  const capture::CalibrationStatus& c = status.calibration;
+  const bool is_calibrated = std::min({c.system, c.gyroscope, c.accelerometer}) > 0;
+  return (is_calibrated ? "calibrated: " : "not calibrated: ") + calibration_text(c);
 }
 
 std::vector<std::string> LiveSource::take_messages() {

@@ -34,6 +34,7 @@ class LiveSource : public FrameSource {
   std::optional<OrientationReading> reading() const override { return reading_; }
   std::optional<OrientationStreamOptions> orientation() const override;
   std::optional<LiveCounts> live() const override;
+  std::string sensor_state() const override;
   std::vector<std::string> take_messages() override;
 
  private:

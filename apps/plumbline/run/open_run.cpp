@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <utility>
 
 #include "cli/console.h"
@@ -66,6 +67,17 @@ std::vector<std::string> description(const Sequence& sequence, const Reconstruct
   return lines;
 }
 
+/// `in_real_time`: where the options want that.
+std::unique_ptr<FrameSource> frames_of(const std::shared_ptr<const Sequence>& sequence, std::vector<int> frames,
+                                       bool in_real_time, const ReconstructionOptions& options) {
+  auto files =
+      std::make_unique<FileSource>(std::make_unique<WrappedSequence>(sequence, sequence->info()), std::move(frames),
+                                   options.orientation ? &*options.orientation : nullptr,
+                                   description(*sequence, options), options.inertial ? &*options.inertial : nullptr);
+  if (options.realtime == 0 || !in_real_time) return files;
+  return std::make_unique<RealtimeSource>(std::move(files), options.realtime);
+}
+
 std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Reconstruction* run) {
   std::unique_ptr<Sequence> sequence = open_noted(options);
   read_own_groundtruth(*sequence, options, run);
@@ -73,12 +85,31 @@ std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Re
       frames_outside(*sequence, options.left_out, chosen_frames(*sequence, options.max_frames, options.stride));
   if (frames.empty()) throw Error("all frames are left out", "--leave-out", "Leave out less than the whole recording.");
   if (is_to_be_calibrated(options)) sequence = undistorted(std::move(sequence), frames, options, run);
-  std::vector<std::string> lines = description(*sequence, options);
-  auto files = std::make_unique<FileSource>(std::move(sequence), std::move(frames),
-                                            options.orientation ? &*options.orientation : nullptr, std::move(lines),
-                                            options.inertial ? &*options.inertial : nullptr);
-  if (options.realtime == 0) return files;
-  return std::make_unique<RealtimeSource>(std::move(files), options.realtime);
+  const Reopen reopen = [shared = std::shared_ptr<const Sequence>(std::move(sequence)), &options](
+                            std::vector<int> chosen, bool in_real_time) {
+    return frames_of(shared, std::move(chosen), in_real_time, options);
+  };
+  std::unique_ptr<FrameSource> source = reopen(frames, true);
+  if (!options.view) return source;
+  return std::make_unique<GuidedSource>(std::move(source), reopen, std::move(frames), options.view.get());
+}
+
+std::unique_ptr<FrameSource> open_camera(const ReconstructionOptions& options) {
+  std::unique_ptr<FrameSource> source = options.open_live();
+  if (!options.view) return source;
+  return std::make_unique<GuidedSource>(std::move(source), Reopen(), std::vector<int>(), options.view.get());
+}
+
+void introduce(const ReconstructionOptions& options, const Reconstruction& run, OpenRun* open) {
+  if (!options.view) return;
+  open->guided = static_cast<GuidedSource*>(open->source.get());
+  const std::string name = std::filesystem::path(run.sequence.path).lexically_normal().filename().string();
+  options.view->set_scene({.title = name.empty() ? run.sequence.path : name,
+                           .camera = run.sequence.camera,
+                           .total = open->source->total(),
+                           .is_live = options.open_live != nullptr,
+                           .max_depth = options.parameters.preprocess.max_depth,
+                           .output = options.output});
 }
 
 void load_groundtruth(const std::string& path, Reconstruction* run) {
@@ -98,10 +129,18 @@ void describe_run(const ReconstructionOptions& options, const FrameSource& sourc
 
 }  // namespace
 
+void make_pipeline(const ReconstructionOptions& options, OpenRun* open) {
+  if (options.view) options.view->follow(nullptr);
+  open->pipeline.reset();
+  open->pipeline = plumbline::make_pipeline(options.parameters, *open->source, *open->backend, options.initial_pose,
+                                            options.input.color, options.sensor);
+  if (options.view) options.view->follow(open->pipeline.get());
+}
+
 OpenRun open_run(const ReconstructionOptions& options, Reconstruction* run) {
   validate(options.parameters);
   OpenRun open;
-  open.source = options.open_live ? options.open_live() : open_files(options, run);
+  open.source = options.open_live ? open_camera(options) : open_files(options, run);
   open.backend = make_backend(options.backend, options.threads);
   run->sequence = open.source->info();
   run->parameters = options.parameters;
@@ -111,8 +150,8 @@ OpenRun open_run(const ReconstructionOptions& options, Reconstruction* run) {
   run->orientation_notes = options.orientation_notes;
   load_groundtruth(options.groundtruth, run);
   ensure_directory(options.output);
-  open.pipeline = make_pipeline(options.parameters, *open.source, *open.backend, options.initial_pose,
-                                options.input.color, options.sensor);
+  introduce(options, *run, &open);
+  make_pipeline(options, &open);
   if (!options.quiet) describe_run(options, *open.source, *run);
   return open;
 }

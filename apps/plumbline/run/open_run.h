@@ -6,15 +6,20 @@
 #include "backend/backend.h"
 #include "plumbline/pipeline.h"
 #include "reconstruction/frame_source.h"
+#include "run/guided_source.h"
 #include "run/reconstruction.h"
 
 namespace plumbline::app {
 
 struct OpenRun {
   std::unique_ptr<FrameSource> source;
+  GuidedSource* guided = nullptr;  ///< the source, where a page watches
   std::shared_ptr<Backend> backend;
   std::unique_ptr<Pipeline> pipeline;  ///< of the backend
 };
+
+/// A pipeline for the run's frames; what an earlier one had is given back first.
+void make_pipeline(const ReconstructionOptions& options, OpenRun* open);
 
 /// Finds the distortion of the depth where the options want that. Fills in what is known of the run, and describes it
 /// to the user. Throws Error for what cannot be opened or does not fit, or if Ctrl-C was pressed.

@@ -39,6 +39,10 @@ std::optional<Frame> RealtimeSource::next(const std::function<bool()>& stopping)
   return std::exchange(current_.frame, std::nullopt);
 }
 
+void RealtimeSource::delay(Nanoseconds time) {
+  if (start_) *start_ += std::chrono::nanoseconds(time);
+}
+
 RealtimeSource::Item RealtimeSource::read(const std::function<bool()>& stopping) {
   Item item;
   item.frame = frames_->next(stopping);

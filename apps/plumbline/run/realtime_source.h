@@ -29,6 +29,7 @@ class RealtimeSource : public FrameSource {
   std::optional<OrientationReading> reading() const override { return current_.reading; }
   std::optional<OrientationStreamOptions> orientation() const override { return frames_->orientation(); }
   std::optional<LiveCounts> live() const override { return counts_; }
+  void delay(Nanoseconds time) override;
   const Sequence* recording() const override { return frames_->recording(); }
   std::vector<std::string> skipped() const override { return frames_->skipped(); }
   std::vector<std::string> take_messages() override { return frames_->take_messages(); }

@@ -5,6 +5,7 @@
 
 #include "cli/interrupt.h"
 #include "plumbline/error.h"
+#include "plumbline/time.h"
 #include "reconstruction/run_parts.h"
 #include "run/diagnostics.h"
 #include "run/frame_log.h"
@@ -25,27 +26,51 @@ class ReadRecord : public FrameObserver {
   Reconstruction& run_;
 };
 
+/// Forgets the frames that a page wants undone, and all that came of the others: they come again. False if the page
+/// wants nothing of that kind.
+bool go_back(const ReconstructionOptions& options, OpenRun* open, FrameLog* log, Reconstruction* run) {
+  const std::optional<GoBack> back = open->guided == nullptr ? std::nullopt : open->guided->take_back();
+  if (!back) return false;
+  std::vector<int> processed;
+  std::size_t kept = 0;
+  for (const FrameReport& frame : run->frames) {
+    processed.push_back(frame.index);
+    const double age = to_seconds(run->frames.back().time - frame.time);
+    if (back->seconds && age >= *back->seconds) kept = processed.size();
+  }
+  run->frames.clear();
+  run->trajectory.clear();
+  run->reads.clear();
+  *log = FrameLog(output_path(options, "frames.csv"), options.parameters.tracking);
+  make_pipeline(options, open);
+  open->guided->go_back(processed, kept);
+  return true;
+}
+
 /// All frames, or those before the failure that is returned.
-std::exception_ptr process_frames(const ReconstructionOptions& options, const OpenRun& open,
-                                  const InterruptGuard& interrupt, FrameLog* log, Reconstruction* run) {
-  ProgressObserver progress(open.source->total(), options.quiet);
+std::exception_ptr process_frames(const ReconstructionOptions& options, OpenRun* open, const InterruptGuard& interrupt,
+                                  FrameLog* log, Reconstruction* run) {
+  ProgressObserver progress(open->source->total(), options.quiet);
   const Note note = [&](const std::string& line) { progress.note(line); };
   ReadRecord reads(run);
   DiagnosticsObserver diagnostics(options.output, {options.pixel_use_frames, options.icp_frames}, options.parameters,
                                   note);
   std::exception_ptr failure;
   try {
-    plumbline::process_frames(*open.source, *open.pipeline,
-                              {{log, &reads, &progress, &diagnostics}, [&] { return interrupt.signal() != 0; }, note},
-                              run);
+    std::vector<FrameObserver*> observers = {log, &reads, &progress, &diagnostics};
+    if (options.view) observers.push_back(options.view.get());
+    do {
+      plumbline::process_frames(*open->source, *open->pipeline,
+                                {observers, [&] { return interrupt.signal() != 0; }, note}, run);
+    } while (go_back(options, open, log, run));
   } catch (...) {
     failure = std::current_exception();
   }
   run->icp_traces = diagnostics.icp_traces();
   run->signal = interrupt.signal();
   run->wall_seconds = progress.seconds();
-  run->live = open.source->live();
-  if (options.open_live) run->sequence = open.source->info();
+  run->live = open->source->live();
+  if (options.open_live) run->sequence = open->source->info();
   return failure;
 }
 
@@ -91,21 +116,37 @@ void finish(const ReconstructionOptions& options, const OpenRun& open, const Int
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace
-
-Reconstruction reconstruct(const ReconstructionOptions& options) {
+Reconstruction run_and_write(const ReconstructionOptions& options) {
   Reconstruction run;
-  const OpenRun open = open_run(options, &run);
+  OpenRun open = open_run(options, &run);
   // Old results are not touched before the first frame is through: what cannot start must not cost anything.
   FrameLog log(output_path(options, "frames.csv"), options.parameters.tracking);
   const InterruptGuard interrupt;
-  const std::exception_ptr failure = process_frames(options, open, interrupt, &log, &run);
+  const std::exception_ptr failure = process_frames(options, &open, interrupt, &log, &run);
+  if (options.view) {
+    options.view->follow(nullptr, true);
+    options.view->set_phase(ViewPhase::finishing, "The results are written.");
+  }
   if (!is_worth_writing(run)) {
     if (failure) std::rethrow_exception(failure);
     throw_nothing_tracked(options, run, log);
   }
   finish(options, open, interrupt, failure, &log, &run);
   return run;
+}
+
+}  // namespace
+
+Reconstruction reconstruct(const ReconstructionOptions& options) {
+  if (!options.view) return run_and_write(options);
+  try {
+    Reconstruction run = run_and_write(options);
+    options.view->hand_over(run.report);
+    return run;
+  } catch (const std::exception& error) {
+    options.view->fail(error.what());
+    throw;
+  }
 }
 
 }  // namespace plumbline::app

@@ -21,6 +21,7 @@
 #include "plumbline/sequence.h"
 #include "plumbline/trajectory.h"
 #include "reconstruction/frame_source.h"
+#include "view/live_view.h"
 
 namespace plumbline::app {
 
@@ -55,6 +56,7 @@ struct ReconstructionOptions {
   std::vector<int> pixel_use_frames;           ///< frames whose pixels' use is painted, by their index in the sequence
   std::vector<int> icp_frames;                 ///< frames whose iterations are written, by their index in the sequence
   std::function<std::unique_ptr<FrameSource>()> open_live;  ///< instead of `sequence`, `input` and `orientation`
+  std::shared_ptr<LiveView> view;                           ///< the page that watches, or null
   bool quiet = false;
   std::string command_line;  ///< for the summary
 };
@@ -72,6 +74,7 @@ struct Reconstruction : plumbline::Reconstruction {
   std::vector<std::string> icp_traces;  ///< what was written for `icp_frames`, JSON
   std::string failure;                  ///< message of what ended the run early, or empty
   std::string report;                   ///< path of report.html, or empty if there is none
+  std::optional<CropBox> crop;          ///< what was kept of the surface; none: all
   int signal = 0;                       ///< that ended the run early, or 0
 };
 

@@ -50,6 +50,7 @@ void write_fused_mesh(const ReconstructionOptions& options, const FrameSource& s
       options, source, [&] { return interrupt.signal() != 0; }, run);
   run->signal = interrupt.signal();
   if (!run->fusion) return;
+  if (run->crop) run->fusion->mesh = cropped(run->fusion->mesh, *run->crop);
   try {
     write_meshes(options, run->fusion->mesh);
     run->mesh = std::exchange(run->fusion->mesh, {});
@@ -107,6 +108,8 @@ void write_outputs(const ReconstructionOptions& options, const OpenRun& open, co
   write_tum_trajectory(output_path(options, "trajectory.txt"), run->trajectory);
   evaluate(run);
   take_surface(*open.pipeline, options.mesh, run);
+  if (options.view) run->crop = options.view->crop();
+  if (run->crop) run->mesh = cropped(run->mesh, *run->crop);
   if (options.mesh) write_meshes(options, run->mesh);
   write_file(output_path(options, "config.toml"), to_toml(options.parameters));
   write_depth(output_path(options, "depth.toml"), *run);

@@ -61,4 +61,17 @@ ColorImage decode_jpeg(std::string_view bytes, const std::string& name) {
   return color;
 }
 
+std::string encode_jpeg(const ColorImage& image, int quality) {
+  const Handle handle(tjInitCompress());
+  if (!handle) throw std::bad_alloc();
+  unsigned long size = tjBufSize(image.width, image.height, TJSAMP_420);
+  std::string bytes(size, '\0');
+  auto* out = reinterpret_cast<unsigned char*>(bytes.data());
+  if (tjCompress2(handle.get(), image.pixels.data(), image.width, 0, image.height, TJPF_RGB, &out, &size, TJSAMP_420,
+                  quality, TJFLAG_NOREALLOC) != 0)
+    throw std::bad_alloc();
+  bytes.resize(size);
+  return bytes;
+}
+
 }  // namespace plumbline

@@ -16,4 +16,7 @@ ImageHeader read_jpeg_header(std::string_view bytes, const std::string& name);
 /// 8-bit RGB; grey is repeated.
 ColorImage decode_jpeg(std::string_view bytes, const std::string& name);
 
+/// Of an RGB image; `quality` 1 … 100. Throws std::bad_alloc.
+std::string encode_jpeg(const ColorImage& image, int quality);
+
 }  // namespace plumbline

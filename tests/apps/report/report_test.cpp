@@ -15,7 +15,7 @@
 #include "report/base64.h"
 #include "report/report.h"
 #include "report/report_frames.h"
-#include "report/report_mesh.h"
+#include "view/packed_mesh.h"
 #include "support/program.h"
 #include "support/small_sequence.h"
 

@@ -1,4 +1,4 @@
-#include "report/report_mesh.h"
+#include "view/packed_mesh.h"
 #include "plumbline/mesh.h"
 
 #include <meshoptimizer.h>

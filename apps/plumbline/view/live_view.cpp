@@ -1,0 +1,331 @@
+#include "view/live_view.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "io/images/jpeg.h"
+#include "plumbline/time.h"
+#include "view/message.h"
+
+namespace plumbline::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Json = Board::Json;
+
+constexpr int kBricksPerFrame = 160;               ///< that are copied for pages: what a frame's time allows
+constexpr int kMaxUnmeshed = 3;                    ///< updates that wait for the worker
+constexpr std::size_t kMaxBricks = 65536;          ///< 256 MiB
+constexpr double kPictureInterval = 55;            ///< milliseconds
+constexpr std::chrono::milliseconds kSettle{120};  ///< a block waits so long for its other bricks
+constexpr std::chrono::milliseconds kLingerPoll{20};
+constexpr std::size_t kMaxRequests = 16;
+constexpr int kLowPriority = 10;
+constexpr int kQuality = 80;  ///< of JPEG
+constexpr std::uintmax_t kDiskNearlyFull = 1'000'000'000, kMegabyte = 1'000'000;
+
+double now_milliseconds() {
+  return std::chrono::duration<double, std::milli>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string_view name_of(ViewPhase phase) {
+  constexpr std::array<std::string_view, 7> kNames = {"ready",     "running",  "paused", "going_back",
+                                                      "finishing", "finished", "failed"};
+  return kNames.at(static_cast<std::size_t>(phase));
+}
+
+Json json_of(const SE3& pose) {
+  const Eigen::Vector3d t = pose.translation();
+  const Eigen::Quaterniond q = pose.quaternion();
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
+Json json_of(const std::vector<Hint>& hints) {
+  Json json = Json::array();
+  for (const Hint& hint : hints) json.push_back({{"kind", hint.kind}, {"text", hint.text}, {"detail", hint.detail}});
+  return json;
+}
+
+Json json_of(const std::optional<CropBox>& box) {
+  if (!box) return nullptr;
+  const Eigen::Vector3d middle = box->world_from_box.translation(), size = 2 * box->half;
+  const Eigen::Quaterniond q = box->world_from_box.quaternion();
+  return {{"middle", {middle.x(), middle.y(), middle.z()}},
+          {"turn", {q.x(), q.y(), q.z(), q.w()}},
+          {"size", {size.x(), size.y(), size.z()}}};
+}
+
+std::string picture_message(const std::string& kind, const ColorImage& image) {
+  const std::string jpeg = encode_jpeg(image, kQuality);
+  return encode_message({{"type", "picture"}, {"kind", kind}, {"width", image.width}, {"height", image.height}},
+                        {{"jpeg", jpeg}});
+}
+
+/// Which way is up where this frame was taken, world axes: by the sensor of orientations, by the accelerometer, which
+/// feels the ground's push, or by the image's upper side, as people hold a camera upright.
+Eigen::Vector3d up_of(const Frame& frame, const SE3& world_from_camera, double fy) {
+  const Eigen::Matrix3d rotation = world_from_camera.rotation();
+  if (frame.earth_from_camera) return rotation * frame.earth_from_camera->transpose() * Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d push = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : frame.inertial) push += sample.specific_force;
+  if (push.norm() > 1) return rotation * push.normalized();
+  return rotation * Eigen::Vector3d(0, fy < 0 ? 1 : -1, 0);
+}
+
+std::optional<Hint> disk_hint(const std::string& folder) {
+  std::error_code error;
+  const std::filesystem::space_info space = std::filesystem::space(folder, error);
+  if (error || space.available > kDiskNearlyFull) return std::nullopt;
+  return Hint{"disk", "Disk nearly full", fmt::format("{} MB are left at {}.", space.available / kMegabyte, folder)};
+}
+
+}  // namespace
+
+LiveView::LiveView(const ViewOptions& options)
+    : mirror_(kMaxBricks), server_(options, &board_, [this](const Request& request) { receive(request); }) {
+  worker_ = std::thread([this] { work(); });
+}
+
+LiveView::~LiveView() {
+  stopping_ = true;
+  ++bell_;
+  bell_.notify_all();
+  worker_.join();
+  delete mailbox_.exchange(nullptr);
+}
+
+void LiveView::set_scene(const ViewScene& scene) {
+  scene_ = scene;
+  const Pinhole& k = scene.camera;
+  board_.set_scene(
+      {{"title", scene.title},
+       {"total", scene.total},
+       {"live", scene.is_live},
+       {"map", scene.has_map},
+       {"output", scene.output},
+       {"plumbline", PLUMBLINE_VERSION},
+       {"camera", {{"width", k.width}, {"height", k.height}, {"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}}});
+}
+
+void LiveView::follow(Pipeline* pipeline, bool and_keep) {
+  pipeline_ = pipeline;
+  if (and_keep) return;
+  frames_ = tracked_ = ups_ = 0;
+  up_.setZero();
+  board_.clear_map(++epoch_);
+}
+
+void LiveView::before(const Frame& /*frame*/, FrameDiagnostics* /*diagnostics*/) { stamp_ = now_milliseconds(); }
+
+void LiveView::observe(const ProcessedFrame& processed) {
+  auto packet = std::make_unique<Packet>();
+  const FrameReport& report = processed.report;
+  const bool is_tracked = has_pose(report.tracking.status);
+  ++frames_;
+  if (is_tracked) ++tracked_;
+  recent_.push_back(stamp_);
+  while (recent_.front() < stamp_ - 1500) recent_.pop_front();
+  Facts facts{report, stamp_, frames_, tracked_, 0, processed.live, std::nullopt, sensor_};
+  if (recent_.size() > 1) facts.rate = 1e3 * static_cast<double>(recent_.size() - 1) / (stamp_ - recent_.front());
+  if (is_tracked) {
+    up_ += up_of(processed.frame, report.world_from_camera, scene_.camera.fy);
+    ++ups_;
+    const Eigen::Vector3f t = report.world_from_camera.translation().cast<float>();
+    packet->path.push_back({t.x(), t.y(), t.z()});
+  }
+  if (ups_ > 0) facts.up = up_.normalized();
+  packet->facts = std::move(facts);
+  if (wants_picture()) packet->picture = small_frame(processed.frame);
+  take_changes(packet.get());
+  hand(std::move(packet));
+}
+
+void LiveView::show(const Frame& frame) {
+  stamp_ = now_milliseconds();
+  if (!wants_picture()) return;
+  auto packet = std::make_unique<Packet>();
+  packet->picture = small_frame(frame);
+  hand(std::move(packet));
+}
+
+void LiveView::idle() {
+  auto packet = std::make_unique<Packet>();
+  take_changes(packet.get());
+  if (!packet->updates.empty()) hand(std::move(packet));
+}
+
+bool LiveView::wants_picture() {
+  if (server_.pages() == 0 || has_picture_ || stamp_ - picture_stamp_ < kPictureInterval) return false;
+  picture_stamp_ = stamp_;
+  return has_picture_ = true;
+}
+
+void LiveView::take_changes(Packet* packet) {
+  if (pipeline_ == nullptr || server_.pages() == 0 || unmeshed_ >= kMaxUnmeshed) return;
+  MapUpdate update = pipeline_->take_changes(kBricksPerFrame);
+  if (update.bricks.empty()) return;
+  packet->updates.push_back(std::move(update));
+  ++unmeshed_;
+}
+
+/// Only this thread puts packets in, so nothing is lost between the two exchanges.
+void LiveView::hand(std::unique_ptr<Packet> packet) {
+  packet->epoch = epoch_;
+  const std::unique_ptr<Packet> old{mailbox_.exchange(nullptr)};
+  if (old && !packet->picture) packet->picture = std::move(old->picture);
+  if (old && old->epoch == packet->epoch) {
+    std::move(packet->updates.begin(), packet->updates.end(), std::back_inserter(old->updates));
+    packet->updates = std::move(old->updates);
+    packet->path.insert(packet->path.begin(), old->path.begin(), old->path.end());
+    if (!packet->facts) packet->facts = std::move(old->facts);
+  }
+  mailbox_.exchange(packet.release());
+  ++bell_;
+  bell_.notify_one();
+}
+
+void LiveView::set_phase(ViewPhase phase, const std::string& text, double progress) {
+  board_.set_state({{"phase", name_of(phase)}, {"note", text}, {"progress", progress}});
+}
+
+void LiveView::set_undo(const std::string& obstacle) {
+  board_.set_state({{"undo", obstacle.empty()}, {"undo_note", obstacle}});
+}
+
+std::optional<Request> LiveView::take_request() {
+  if (!has_request_) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  const Request request = requests_.front();
+  requests_.pop_front();
+  has_request_ = !requests_.empty();
+  return request;
+}
+
+std::optional<CropBox> LiveView::crop() const {
+  const std::lock_guard lock(mutex_);
+  return crop_;
+}
+
+void LiveView::receive(const Request& request) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (request.kind == RequestKind::crop) {
+      crop_ = request.box;
+    } else if (requests_.size() < kMaxRequests) {
+      requests_.push_back(request);
+      has_request_ = true;
+    }
+  }
+  if (request.kind == RequestKind::crop) board_.set_state({{"crop", json_of(request.box)}});
+}
+
+void LiveView::hand_over(const std::string& report) {
+  constexpr std::chrono::seconds kLinger{15};
+  server_.set_report(report);
+  const int pages = server_.pages();
+  set_phase(ViewPhase::finished, report.empty() ? "The results are written; there is no report." : "");
+  if (report.empty()) return std::this_thread::sleep_for(std::chrono::seconds(1));
+  const auto end = Clock::now() + kLinger;
+  while (Clock::now() < end && server_.pages() > 0 && server_.reports_served() < pages)
+    std::this_thread::sleep_for(kLingerPoll);
+  std::this_thread::sleep_for(4 * kLingerPoll);  // what was sent arrives
+}
+
+void LiveView::fail(const std::string& message) {
+  set_phase(ViewPhase::failed, message);
+  if (server_.pages() > 0) std::this_thread::sleep_for(std::chrono::seconds(1));
+}
+
+void LiveView::work() {
+  setpriority(PRIO_PROCESS, 0, kLowPriority);  // of this thread: the tracker comes first
+  while (!stopping_) {
+    const unsigned rung = bell_;
+    if (const std::unique_ptr<Packet> packet{mailbox_.exchange(nullptr)}) {
+      apply(*packet);
+    } else if (!mesh_one()) {
+      if (dirty_.empty())
+        bell_.wait(rung);
+      else
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));  // until a block has settled
+    }
+  }
+}
+
+void LiveView::apply(const Packet& packet) {
+  if (worker_epoch_ != packet.epoch) {
+    worker_epoch_ = packet.epoch;
+    mirror_.clear();
+    dirty_.clear();
+    unmeshed_ = static_cast<int>(packet.updates.size());
+    guide_ = Guide(scene_.max_depth);
+  }
+  if (!packet.path.empty()) board_.add_path(packet.path, packet.epoch);
+  if (packet.facts) apply_facts(*packet.facts);
+  if (packet.picture) apply_picture(*packet.picture);
+  for (const MapUpdate& update : packet.updates) {
+    for (const MapBlock& block : mirror_.update(update)) dirty_.try_emplace(block, Clock::now());
+    --unmeshed_;
+  }
+}
+
+void LiveView::apply_facts(const Facts& facts) {
+  const FrameReport& report = facts.report;
+  is_tracked_ = has_pose(report.tracking.status);
+  if (Clock::now() - disk_checked_ > std::chrono::seconds(2)) {
+    disk_checked_ = Clock::now();
+    standing_.clear();
+    if (const auto hint = disk_hint(scene_.output)) standing_.push_back(*hint);
+    if (facts.sensor.starts_with("not "))
+      standing_.push_back({"sensor", "Move the sensor", "It is " + facts.sensor + "."});
+  }
+  std::vector<Hint> hints = guide_.advise(report, depth_);
+  hints.insert(hints.end(), standing_.begin(), standing_.end());
+  if (mirror_.is_full())
+    hints.push_back({"full", "The preview is full", "The map goes on growing; this page shows no more of it."});
+  Json frame = {{"index", report.index},
+                {"time", to_seconds(report.time)},
+                {"stamp", facts.stamp},
+                {"status", to_string(report.tracking.status)},
+                {"reason", to_string(report.tracking.reason)},
+                {"pose", json_of(report.world_from_camera)},
+                {"matched", report.tracking.inlier_fraction},
+                {"milliseconds", report.milliseconds.total()}};
+  Json state = {{"frame", std::move(frame)},
+                {"frames", facts.frames},
+                {"tracked", facts.tracked},
+                {"rate", facts.rate},
+                {"hints", json_of(hints)},
+                {"sensor", facts.sensor},
+                {"orientation", to_string(report.orientation)}};
+  if (facts.live) state["dropped"] = facts.live->dropped;
+  if (facts.up) state["up"] = {facts.up->x(), facts.up->y(), facts.up->z()};
+  board_.set_state(state);
+  if (was_tracked_ && !is_tracked_ && !good_.empty()) board_.set_picture("good", good_);
+  was_tracked_ = is_tracked_;
+}
+
+void LiveView::apply_picture(const SmallFrame& picture) {
+  depth_ = depth_statistics(picture.depth, picture.depth_scale);
+  const ColorImage depth = depth_colors(picture.depth, picture.depth_scale);
+  board_.set_picture("depth", picture_message("depth", depth));
+  if (!picture.color.empty()) board_.set_picture("color", picture_message("color", picture.color));
+  if (is_tracked_) good_ = picture_message("good", picture.color.empty() ? depth : picture.color);
+  has_picture_ = false;
+}
+
+/// The block that has waited longest, once its other bricks have had time to come. False if there is none.
+bool LiveView::mesh_one() {
+  const auto oldest =
+      std::min_element(dirty_.begin(), dirty_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (oldest == dirty_.end() || Clock::now() - oldest->second < kSettle) return false;
+  const MapBlock block = oldest->first;
+  dirty_.erase(oldest);
+  board_.set_surface(block, surface_message(block, mirror_.surface(block), worker_epoch_), worker_epoch_);
+  return true;
+}
+
+}  // namespace plumbline::app

@@ -1,0 +1,22 @@
+// What a page is sent: one binary message is a JSON object and the buffers that it names.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "map/brick_mirror.h"
+
+namespace plumbline::app {
+
+/// 4 bytes, little-endian: length of the JSON; the JSON, whose `buffers` gives name and length of each buffer, in their
+/// order; the buffers, each from the next multiple of 4 bytes on.
+std::string encode_message(nlohmann::ordered_json json,
+                           const std::vector<std::pair<std::string, std::string_view>>& buffers = {});
+
+/// A block's surface, which replaces what the page has of that block. `epoch`: of the map, see `Board`.
+std::string surface_message(const MapBlock& block, const BlockSurface& surface, int epoch);
+
+}  // namespace plumbline::app

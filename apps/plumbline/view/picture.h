@@ -1,0 +1,27 @@
+// Small images of what the camera sees.
+#pragma once
+
+#include "plumbline/frame.h"
+#include "plumbline/image.h"
+
+namespace plumbline::app {
+
+/// Every n-th pixel of a frame, so that at most 320 remain a row: little to copy within the frame loop.
+struct SmallFrame {
+  DepthImage depth;
+  ColorImage color;  ///< empty without colour
+  double depth_scale = 0;
+};
+SmallFrame small_frame(const Frame& frame);
+
+/// Depth as colours, from near (warm) to far (cold); black: no reading.
+ColorImage depth_colors(const DepthImage& depth, double depth_scale);
+
+/// What the depth image says of the distance.
+struct DepthStatistics {
+  double share = 0;   ///< of the pixels that have a reading
+  double median = 0;  ///< metres, of the readings; 0 without
+};
+DepthStatistics depth_statistics(const DepthImage& depth, double depth_scale);
+
+}  // namespace plumbline::app
