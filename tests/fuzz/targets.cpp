@@ -30,6 +30,7 @@
 #include "plumbline/orientation_calibration.h"
 #include "plumbline/sequence.h"
 #include "support/temp_folder.h"
+#include "view/request.h"
 
 namespace plumbline::fuzz {
 namespace {
@@ -168,6 +169,16 @@ void cdr(std::string_view bytes) {
     }
 }
 
+/// What a page may ask for is within its bounds, whatever was sent.
+void request(std::string_view bytes) {
+  const auto read = app::parse_request(bytes);
+  if (!read) return;
+  const bool is_box_sound = !read->box || (read->box->half.minCoeff() > 0 && read->box->half.allFinite() &&
+                                           read->box->world_from_box.translation().allFinite());
+  const bool is_undo_sound = read->kind != app::RequestKind::undo || (read->seconds > 0 && read->seconds <= 3600);
+  if (!is_box_sound || !is_undo_sound || bytes.size() > app::kMaxRequestBytes) std::abort();
+}
+
 struct Target {
   const char* name;
   std::function<void(std::string_view)> run;
@@ -207,6 +218,7 @@ const std::vector<Target>& targets() {
       {"plain_depth", plain_depth},
       {"png", png},
       {"record3d", [](std::string_view bytes) { list_layout("depth/0.exr", "metadata.json", bytes); }},
+      {"request", request},
       {"rvl", [](std::string_view bytes) { decode_rvl(bytes, 640 * 480, "x"); }},
       {"scanner_app", [](std::string_view bytes) { list_layout("depth_0.png", "frame_0.json", bytes); }},
       {"sens", open_and_read},

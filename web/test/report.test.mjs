@@ -2,36 +2,17 @@
 // Exit code 77 where there is no Chromium: ctest then says "skipped".
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { accessSync, constants, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { delimiter, join } from 'node:path';
+import { join } from 'node:path';
 import test, { after, before } from 'node:test';
 import { pathToFileURL } from 'node:url';
+import { launch, look, openPage } from './browser.mjs';
 
 const program = process.argv[2];
 const FRAMES = 12;
 const DUMPED = 5;
 const ROW = 8;
-
-function findChromium() {
-  const folders = (process.env.PATH ?? '').split(delimiter);
-  const candidates = ['chromium', 'chromium-browser', 'google-chrome'].flatMap((name) => folders.map((folder) => join(folder, name)));
-  return candidates.find((path) => {
-    try {
-      accessSync(path, constants.X_OK);
-      return true;
-    } catch {
-      return false;
-    }
-  });
-}
-
-const chromium = findChromium();
-const driver = await import('playwright-core').catch(() => null);
-if (!chromium || !driver) {
-  console.log(`skipped: ${chromium ? 'playwright-core is not installed (npm ci in web/)' : 'there is no chromium (./dev install)'}`);
-  process.exit(77);
-}
 
 const folder = mkdtempSync(join(tmpdir(), 'plumbline-report-'));
 const out = join(folder, 'out');
@@ -44,52 +25,14 @@ function csv(path) {
   return lines.map((line) => Object.fromEntries(line.map((value, i) => [head[i], value])));
 }
 
-/** A page from file://, with all that went wrong in it. */
-async function open(path, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 860 }, ...options });
-  context.setDefaultTimeout(120_000); // a busy machine without a graphics card
-  const page = await context.newPage();
-  const complaints = [];
-  page.on('console', (message) => {
-    // Drawing without a graphics card is slow, and Chromium says so.
-    if (['error', 'warning'].includes(message.type()) && !/GPU stall|software WebGL|swiftshader/i.test(message.text())) complaints.push(message.text());
-  });
-  page.on('pageerror', (error) => complaints.push(error.message));
-  page.on('request', (request) => {
-    if (!/^(file|data|blob):/.test(request.url())) complaints.push(`asked the network for ${request.url()}`);
-  });
-  await page.goto(pathToFileURL(path).href);
-  await page.waitForFunction(() => window.plumbline);
-  return { page, complaints, close: () => context.close() };
-}
-
-/** Share of the 3D view that is not background, and how many colours it has. */
-const look = (page) =>
-  page.evaluate(() => {
-    const { viewer } = window.plumbline;
-    viewer.draw();
-    const gl = viewer.renderer.getContext();
-    const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
-    const pixels = new Uint8Array(4 * width * height);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-    const colors = new Map();
-    for (let i = 0; i < pixels.length; i += 4) {
-      const key = (pixels[i] << 16) | (pixels[i + 1] << 8) | pixels[i + 2];
-      colors.set(key, (colors.get(key) ?? 0) + 1);
-    }
-    const background = viewer.scene.background.getHex();
-    return { filled: 1 - (colors.get(background) ?? 0) / (width * height), colors: colors.size, background };
-  });
+const open = (path, options) => openPage(browser, pathToFileURL(path).href, (url) => /^(file|data|blob):/.test(url), options);
 
 const marker = (page) => page.evaluate(() => window.plumbline.viewer.marker.position.toArray());
 
 before(async () => {
   plumbline('simulate', '--scene', 'desk', '--trajectory', 'orbit', '--size', '160x120', '--frames', String(FRAMES), '-o', join(folder, 'desk'), '--quiet');
   plumbline('run', join(folder, 'desk'), '-o', out, '--set', 'volume.resolution=256', '--set', 'volume.side=5', '--detail', 'off', '--dump-icp', String(DUMPED), '--quiet');
-  browser = await driver.chromium.launch({
-    executablePath: chromium,
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage'],
-  });
+  browser = await launch();
 });
 
 after(async () => {

@@ -1,6 +1,7 @@
 #include "cli/capture_arguments.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 
 #include <CLI/CLI.hpp>
 #include <utility>
@@ -70,6 +71,13 @@ std::unique_ptr<capture::ImuSource> open_imu(const CaptureArguments& a, capture:
 
 std::string calibration_text(const capture::CalibrationStatus& s) {
   return fmt::format("sys {} gyro {} acc {} mag {}", s.system, s.gyroscope, s.accelerometer, s.magnetometer);
+}
+
+std::string sensor_text(const capture::ImuStatus& status) {
+  if (!status.connected) return "not connected";
+  const capture::CalibrationStatus& c = status.calibration;
+  const bool is_calibrated = std::min({c.system, c.gyroscope, c.accelerometer}) > 0;
+  return (is_calibrated ? "calibrated: " : "not calibrated: ") + calibration_text(c);
 }
 
 std::optional<std::string> SilenceWatch::observe(const capture::GrabberStatus& status) {

@@ -36,6 +36,9 @@ std::unique_ptr<capture::ImuSource> open_imu(const CaptureArguments& arguments, 
 /// "sys 3 gyro 3 acc 1 mag 2".
 std::string calibration_text(const capture::CalibrationStatus& status);
 
+/// "calibrated: sys 3 …", or what begins with "not".
+std::string sensor_text(const capture::ImuStatus& status);
+
 /// Tells when a camera falls silent and when it comes back.
 class SilenceWatch {
  public:

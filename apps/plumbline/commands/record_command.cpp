@@ -17,16 +17,19 @@
 #include "cli/status_line.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/time.h"
+#include "view/view_arguments.h"
 
 namespace plumbline::app {
 namespace {
 
 constexpr std::size_t kWaitingFrames = 8;  // between camera and recorder, which has a queue of its own
 constexpr std::chrono::milliseconds kPoll{50};
+constexpr Nanoseconds kPageInterval = 200'000'000;
 constexpr double kSlowSync = 0.5;  // seconds
 
 struct RecordArguments {
   CaptureArguments capture;
+  ViewArguments view;
   std::string output, intrinsics, mounting;
   double duration = 0;  // seconds, 0 = until Ctrl-C
   bool no_color = false, no_raw = false, quiet = false;
@@ -88,6 +91,7 @@ class Session {
     recorder_ = std::make_unique<capture::Recorder>(options);
     recording_ = true;
     describe();
+    open_page();
   }
 
   void describe() const {
@@ -102,10 +106,31 @@ class Session {
     say("output     {}; Ctrl-C ends the recording", arguments_.output);
   }
 
+  void open_page() {
+    view_ = open_view(arguments_.view);
+    if (!view_) return;
+    ViewScene scene;
+    scene.title = scene.output = arguments_.output;
+    scene.is_live = true;
+    scene.has_map = false;
+    if (camera_) scene.camera = camera_->info().camera;
+    view_->set_scene(scene);
+    view_->set_phase(ViewPhase::running);
+  }
+
+  /// Nothing else can be asked for of a recording.
+  bool is_finished_by_page() {
+    bool finished = false;
+    while (const std::optional<Request> request = view_ ? view_->take_request() : std::nullopt)
+      finished = finished || request->kind == RequestKind::finish;
+    return finished;
+  }
+
   double seconds() const { return to_seconds(capture::now() - begin_); }
 
   void capture(const InterruptGuard& interrupt) {
-    while (interrupt.signal() == 0 && (arguments_.duration == 0 || seconds() < arguments_.duration)) {
+    while (interrupt.signal() == 0 && !is_finished_by_page() &&
+           (arguments_.duration == 0 || seconds() < arguments_.duration)) {
       if (camera_) {
         if (auto frame = camera_->next(kPoll)) add(std::move(*frame));
         if (camera_->status().ended) break;
@@ -119,6 +144,7 @@ class Session {
 
   /// A camera that waits is not hurried: its frames wait for the disk.
   void add(capture::CapturedFrame frame) {
+    if (view_) view_->show(frame.depth, frame.color, camera_->info().depth_scale);
     while (camera_->info().waits && !recorder_->has_room()) {
       recorder_->check();
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -132,6 +158,13 @@ class Session {
     if (camera_)
       if (const auto message = silence_.observe(camera_->status())) line_.note(*message);
     if (line_.is_due()) line_.update(status_text());
+    if (view_ && camera_ && capture::now() - page_told_ > kPageInterval) tell_page();
+  }
+
+  void tell_page() {
+    page_told_ = capture::now();
+    view_->set_recording(camera_->status().frames, page_rate_.update(camera_->status().frames, seconds()), dropped(),
+                         imu_ ? sensor_text(imu_->status()) : "");
   }
 
   /// Fits into 80 columns.
@@ -165,6 +198,7 @@ class Session {
       if (!failure) failure = std::current_exception();
     }
     if (!arguments_.quiet) summarise(lost, calibration.has_value());
+    if (view_ && !failure) view_->hand_over("", "The recording lies in " + arguments_.output + ".");
   }
 
   void summarise(std::uint64_t lost, bool calibrated) {
@@ -187,9 +221,11 @@ class Session {
   std::string file(const std::string& name) const { return (std::filesystem::path(arguments_.output) / name).string(); }
 
   const RecordArguments& arguments_;
+  std::shared_ptr<LiveView> view_;  ///< or null
+  Nanoseconds page_told_ = 0;
   StatusLine line_;
   SilenceWatch silence_;
-  RateMeter frame_rate_, reading_rate_;
+  RateMeter frame_rate_, reading_rate_, page_rate_;
   Nanoseconds begin_ = capture::now();
   std::unique_ptr<capture::Recorder> recorder_;
   std::atomic<bool> recording_ = false;
@@ -203,6 +239,7 @@ void add_record_command(CLI::App& app, Command& chosen) {
   const auto arguments = std::make_shared<RecordArguments>();
   CLI::App* command = app.add_subcommand("record", "Record a depth camera and an orientation sensor into a folder");
   add_capture_arguments(*command, arguments->capture);
+  add_view_arguments(*command, arguments->view);
   command->add_option("-o,--output", arguments->output, "Folder of the recording, created if missing")
       ->required()
       ->type_name("DIR");

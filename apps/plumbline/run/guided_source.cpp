@@ -81,7 +81,7 @@ std::optional<Frame> GuidedSource::stand_still(const std::function<bool()>& stop
     if (reopen_ == nullptr) {
       const std::optional<Frame> frame = source_->next(stopping);
       if (!frame) return std::nullopt;
-      view_.show(*frame);
+      view_.show(frame->depth, frame->color, frame->depth_scale);
     } else {
       std::this_thread::sleep_for(kStandingPoll);
     }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <thread>
 #include <utility>
 
@@ -116,14 +115,7 @@ std::optional<LiveCounts> LiveSource::live() const {
   return LiveCounts{status.frames, status.dropped};
 }
 
-std::string LiveSource::sensor_state() const {
-  if (imu_ == nullptr) return "";
-  const capture::ImuStatus status = imu_->status();
-  if (!status.connected) return "not connected";
-  const capture::CalibrationStatus& c = status.calibration;
-  const bool is_calibrated = std::min({c.system, c.gyroscope, c.accelerometer}) > 0;
-  return (is_calibrated ? "calibrated: " : "not calibrated: ") + calibration_text(c);
-}
+std::string LiveSource::sensor_state() const { return imu_ ? sensor_text(imu_->status()) : ""; }
 
 std::vector<std::string> LiveSource::take_messages() {
   std::vector<std::string> messages;

@@ -141,7 +141,7 @@ Reconstruction reconstruct(const ReconstructionOptions& options) {
   if (!options.view) return run_and_write(options);
   try {
     Reconstruction run = run_and_write(options);
-    options.view->hand_over(run.report);
+    options.view->hand_over(run.report, "The results are written; there is no report.");
     return run;
   } catch (const std::exception& error) {
     options.view->fail(error.what());

@@ -76,11 +76,16 @@ Eigen::Vector3d up_of(const Frame& frame, const SE3& world_from_camera, double f
   return rotation * Eigen::Vector3d(0, fy < 0 ? 1 : -1, 0);
 }
 
-std::optional<Hint> disk_hint(const std::string& folder) {
+/// What holds for longer than a frame: the disk is nearly full, the sensor is not ready.
+std::vector<Hint> standing_hints(const std::string& folder, const std::string& sensor) {
+  std::vector<Hint> hints;
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
-  if (error || space.available > kDiskNearlyFull) return std::nullopt;
-  return Hint{"disk", "Disk nearly full", fmt::format("{} MB are left at {}.", space.available / kMegabyte, folder)};
+  if (!error && space.available < kDiskNearlyFull)
+    hints.push_back(
+        {"disk", "Disk nearly full", fmt::format("{} MB are left at {}.", space.available / kMegabyte, folder)});
+  if (sensor.starts_with("not ")) hints.push_back({"sensor", "Turn the sensor around", "It is " + sensor + "."});
+  return hints;
 }
 
 }  // namespace
@@ -139,17 +144,24 @@ void LiveView::observe(const ProcessedFrame& processed) {
   }
   if (ups_ > 0) facts.up = up_.normalized();
   packet->facts = std::move(facts);
-  if (wants_picture()) packet->picture = small_frame(processed.frame);
+  if (wants_picture())
+    packet->picture = small_frame(processed.frame.depth, processed.frame.color, processed.frame.depth_scale);
   take_changes(packet.get());
   hand(std::move(packet));
 }
 
-void LiveView::show(const Frame& frame) {
+void LiveView::show(const DepthImage& depth, const ColorImage& color, double depth_scale) {
   stamp_ = now_milliseconds();
   if (!wants_picture()) return;
   auto packet = std::make_unique<Packet>();
-  packet->picture = small_frame(frame);
+  packet->picture = small_frame(depth, color, depth_scale);
   hand(std::move(packet));
+}
+
+void LiveView::set_recording(std::uint64_t frames, double rate, std::uint64_t dropped, const std::string& sensor) {
+  std::vector<Hint> hints = standing_hints(scene_.output, sensor);
+  board_.set_state(
+      {{"frames", frames}, {"rate", rate}, {"dropped", dropped}, {"sensor", sensor}, {"hints", json_of(hints)}});
 }
 
 void LiveView::idle() {
@@ -223,11 +235,11 @@ void LiveView::receive(const Request& request) {
   if (request.kind == RequestKind::crop) board_.set_state({{"crop", json_of(request.box)}});
 }
 
-void LiveView::hand_over(const std::string& report) {
+void LiveView::hand_over(const std::string& report, const std::string& note) {
   constexpr std::chrono::seconds kLinger{15};
   server_.set_report(report);
   const int pages = server_.pages();
-  set_phase(ViewPhase::finished, report.empty() ? "The results are written; there is no report." : "");
+  set_phase(ViewPhase::finished, report.empty() ? note : "");
   if (report.empty()) return std::this_thread::sleep_for(std::chrono::seconds(1));
   const auto end = Clock::now() + kLinger;
   while (Clock::now() < end && server_.pages() > 0 && server_.reports_served() < pages)
@@ -277,10 +289,7 @@ void LiveView::apply_facts(const Facts& facts) {
   is_tracked_ = has_pose(report.tracking.status);
   if (Clock::now() - disk_checked_ > std::chrono::seconds(2)) {
     disk_checked_ = Clock::now();
-    standing_.clear();
-    if (const auto hint = disk_hint(scene_.output)) standing_.push_back(*hint);
-    if (facts.sensor.starts_with("not "))
-      standing_.push_back({"sensor", "Move the sensor", "It is " + facts.sensor + "."});
+    standing_ = standing_hints(scene_.output, facts.sensor);
   }
   std::vector<Hint> hints = guide_.advise(report, depth_);
   hints.insert(hints.end(), standing_.begin(), standing_.end());

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
@@ -57,7 +58,9 @@ class LiveView : public FrameObserver {
   void before(const Frame& frame, FrameDiagnostics* diagnostics) override;
   void observe(const ProcessedFrame& processed) override;
   /// A frame that is not processed: its images alone.
-  void show(const Frame& frame);
+  void show(const DepthImage& depth, const ColorImage& color, double depth_scale);
+  /// How a recording goes, which has no map.
+  void set_recording(std::uint64_t frames, double rate, std::uint64_t dropped, const std::string& sensor);
   /// While the run stands still: what the page still lacks of the map.
   void idle();
   void set_phase(ViewPhase phase, const std::string& text = "", double progress = 0);
@@ -71,8 +74,9 @@ class LiveView : public FrameObserver {
   /// What is to be kept of the surface; none: all.
   std::optional<CropBox> crop() const;
 
-  /// The report takes the page's place, for those that watch; returns once they have it, or after some seconds.
-  void hand_over(const std::string& report);
+  /// The report takes the page's place, for those that watch; returns once they have it, or after some seconds. Without
+  /// a report the page says `note`.
+  void hand_over(const std::string& report, const std::string& note);
   /// Says what ended the run.
   void fail(const std::string& message);
 

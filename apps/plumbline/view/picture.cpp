@@ -41,10 +41,10 @@ std::array<std::array<std::uint8_t, 3>, 256> palette() {
 
 }  // namespace
 
-SmallFrame small_frame(const Frame& frame) {
-  const int step = std::max(1, (frame.depth.width + kMaxWidth - 1) / kMaxWidth);
-  SmallFrame small{thinned(frame.depth, step), {}, frame.depth_scale};
-  if (!frame.color.pixels.empty()) small.color = thinned(frame.color, step);
+SmallFrame small_frame(const DepthImage& depth, const ColorImage& color, double depth_scale) {
+  const int step = std::max(1, (depth.width + kMaxWidth - 1) / kMaxWidth);
+  SmallFrame small{thinned(depth, step), {}, depth_scale};
+  if (!color.empty()) small.color = thinned(color, step);
   return small;
 }
 

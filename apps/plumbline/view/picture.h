@@ -1,7 +1,6 @@
 // Small images of what the camera sees.
 #pragma once
 
-#include "plumbline/frame.h"
 #include "plumbline/image.h"
 
 namespace plumbline::app {
@@ -12,7 +11,7 @@ struct SmallFrame {
   ColorImage color;  ///< empty without colour
   double depth_scale = 0;
 };
-SmallFrame small_frame(const Frame& frame);
+SmallFrame small_frame(const DepthImage& depth, const ColorImage& color, double depth_scale);
 
 /// Depth as colours, from near (warm) to far (cold); black: no reading.
 ColorImage depth_colors(const DepthImage& depth, double depth_scale);

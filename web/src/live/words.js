@@ -69,8 +69,11 @@ export class Words {
   }
 
   figures({ frame, frames = 0, tracked = 0, rate, dropped, sensor, orientation }, { viewer }) {
-    const rows = [['frames a second', figure(rate, 0, '')], ['time a frame', figure(frame?.milliseconds, 1, 'ms')]];
-    if (this.scene?.map !== false) {
+    const rows = [['frames a second', figure(rate, 0, '')]];
+    if (this.scene?.map === false) {
+      rows.push(['frames', String(frames)]);
+    } else {
+      rows.push(['time a frame', figure(frame?.milliseconds, 1, 'ms')]);
       rows.push(['tracked', frames ? `${tracked} of ${frames}` : '–'], ['fits', frame ? figure(100 * frame.matched, 0, '%') : '–']);
       rows.push(['triangles', viewer.surface.triangles.toLocaleString('en').replaceAll(',', '\u202f')]);
     }
