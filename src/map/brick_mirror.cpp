@@ -48,7 +48,7 @@ class MirroredBlock {
   }
   kernels::VoxelPosition origin_of(int brick) const {
     const kernels::VoxelPosition at = local(brick);
-    return {at.x * kernels::kBrickSide, at.y * kernels::kBrickSide, at.z * kernels::kBrickSide};
+    return {kernels::kBrickSide * at.x, kernels::kBrickSide * at.y, kernels::kBrickSide * at.z};
   }
   kernels::VoxelAddress find(const kernels::VoxelPosition& p) const {
     const kernels::VoxelPosition b = kernels::brick_of(p);
@@ -61,7 +61,7 @@ class MirroredBlock {
   std::int32_t color(const kernels::VoxelAddress& at) const { return brick(at).colors[index(at)]; }
   /// Of the block's lowest voxel in the map, metres.
   Eigen::Vector3d corner() const {
-    return Eigen::Vector3d(first_.x, first_.y, first_.z) * kernels::kBrickSide * voxel_size;
+    return kernels::kBrickSide * voxel_size * Eigen::Vector3d(first_.x, first_.y, first_.z);
   }
 
  private:

@@ -44,6 +44,7 @@ const open = async (run, options) => {
   const url = await run.url;
   return openPage(browser, url.href, (asked) => /^(data|blob):/.test(asked) || asked.startsWith(url.origin), options);
 };
+const grown = () => window.plumbline.state.frame && window.plumbline.viewer.surface.triangles > 1000;
 const state = (page) => page.evaluate(() => window.plumbline.state);
 const count = (page) => page.evaluate(() => window.plumbline.viewer.surface.triangles);
 
@@ -94,7 +95,7 @@ test('a recording: it grows, stands still, goes back, is cropped and finished', 
   const { page, complaints, close } = await open(run);
 
   await t.test('the surface grows', async () => {
-    await until(page, () => window.plumbline.viewer.surface.triangles > 2000);
+    await until(page, () => window.plumbline.state.frame && window.plumbline.viewer.surface.triangles > 2000);
     const before = await count(page);
     const at = (await state(page)).frame.index;
     await until(page, ([n, i]) => window.plumbline.viewer.surface.triangles > 1.05 * n && window.plumbline.state.frame.index > i, [before, at]);
@@ -123,7 +124,7 @@ test('a recording: it grows, stands still, goes back, is cropped and finished', 
     await until(page, (i) => window.plumbline.state.phase === 'paused' && window.plumbline.state.frame?.index < i, before.frame.index);
     const { frame } = await state(page);
     assert.ok(before.frame.time - frame.time >= 0.5 && before.frame.time - frame.time < 1.2, `${before.frame.time} to ${frame.time}`);
-    await until(page, () => window.plumbline.viewer.surface.triangles > 1000);
+    await until(page, grown);
     assert.ok(await page.evaluate(() => window.plumbline.viewer.path.length) > 0);
   });
 
@@ -206,9 +207,9 @@ test('a loss is guided, and found again', { timeout: 280_000 }, async () => {
 test('two pages, one closed and opened again', { timeout: 280_000 }, async () => {
   const run = start('run', join(folder, 'desk'), '-o', join(folder, 'out-two'), '--view', '--realtime', '--speed', '0.1', ...SMALL);
   const first = await open(run);
-  await until(first.page, () => window.plumbline.viewer.surface.triangles > 1000);
+  await until(first.page, grown);
   const second = await open(run, { viewport: { width: 390, height: 800 }, colorScheme: 'dark' });
-  await until(second.page, () => window.plumbline.viewer.surface.triangles > 1000);
+  await until(second.page, grown);
   assert.equal(await second.page.evaluate(() => document.documentElement.scrollWidth), 390);
   await first.close();
   const { frame } = await state(second.page);
@@ -295,7 +296,7 @@ test('strangers are refused, and nothing stops', { timeout: 280_000 }, async (t)
     const { socket: idle } = await ask(url, socket, upgrade(url));
     idle.pause();
     const { page, complaints, close } = await open(run);
-    await until(page, () => window.plumbline.viewer.surface.triangles > 1000);
+    await until(page, grown);
     const { frame: at } = await state(page);
     await until(page, (i) => window.plumbline.state.frame.index > i, at.index);
     assert.deepEqual(complaints, []);

@@ -14,6 +14,8 @@ class ProgressObserver : public FrameObserver {
   ProgressObserver(int total, bool quiet) : progress_(total, quiet) {}
 
   void observe(const ProcessedFrame& processed) override;
+  /// The frames come again, from the first.
+  void begin() { frames_ = lost_ = 0; }
   /// A line that stays above the bar.
   void note(const std::string& line) { progress_.note(line); }
   /// Since it was made.

@@ -60,6 +60,7 @@ std::exception_ptr process_frames(const ReconstructionOptions& options, OpenRun*
     std::vector<FrameObserver*> observers = {log, &reads, &progress, &diagnostics};
     if (options.view) observers.push_back(options.view.get());
     do {
+      progress.begin();
       plumbline::process_frames(*open->source, *open->pipeline,
                                 {observers, [&] { return interrupt.signal() != 0; }, note}, run);
     } while (go_back(options, open, log, run));

@@ -13,6 +13,7 @@
 #include "plumbline/time.h"
 #include "plumbline/trajectory.h"
 #include "run/verdict.h"
+#include "view/message.h"
 
 namespace plumbline::app {
 namespace {
@@ -237,6 +238,7 @@ std::string summary_json(const Reconstruction& run) {
       {"mean_iterations", mean_iterations(run)},
       {"ate", ate_json(run)},
       {"mesh", {{"vertices", run.mesh.positions.size()}, {"triangles", run.mesh.triangles.size()}}},
+      {"crop", box_json(run.crop)},
       {"final_fusion", fusion_json(run)},
       {"median_ms", milliseconds_json(run)},
       {"wall_s", run.wall_seconds},
@@ -285,6 +287,7 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
                                 1e3 * run.fusion->detail, run.fusion->frames, run.fusion_seconds));
     for (const std::string& note : run.fusion->notes) lines.push_back("note       " + note);
   }
+  if (run.crop) lines.emplace_back("note       the mesh is cropped to the box that was set in the page");
   if (!run.fusion_note.empty()) lines.push_back("note       the mesh is that of the volume: " + run.fusion_note);
   lines.push_back(fmt::format("memory     {:.0f} MiB at the peak", peak_memory_mebibytes()));
   return lines;

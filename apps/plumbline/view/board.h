@@ -59,7 +59,7 @@ class Board {
 
   mutable std::mutex mutex_;
   std::function<void()> listener_ = [] {};
-  Json scene_, state_ = Json::object();
+  Json scene_ = Json::object(), state_ = Json::object();
   int epoch_ = 0;
   std::uint64_t version_ = 0, scene_version_ = 0, state_version_ = 0;
   std::vector<std::array<float, 3>> path_;

@@ -50,15 +50,6 @@ Json json_of(const std::vector<Hint>& hints) {
   return json;
 }
 
-Json json_of(const std::optional<CropBox>& box) {
-  if (!box) return nullptr;
-  const Eigen::Vector3d middle = box->world_from_box.translation(), size = 2 * box->half;
-  const Eigen::Quaterniond q = box->world_from_box.quaternion();
-  return {{"middle", {middle.x(), middle.y(), middle.z()}},
-          {"turn", {q.x(), q.y(), q.z(), q.w()}},
-          {"size", {size.x(), size.y(), size.z()}}};
-}
-
 std::string picture_message(const std::string& kind, const ColorImage& image) {
   const std::string jpeg = encode_jpeg(image, kQuality);
   return encode_message({{"type", "picture"}, {"kind", kind}, {"width", image.width}, {"height", image.height}},
@@ -232,7 +223,7 @@ void LiveView::receive(const Request& request) {
       has_request_ = true;
     }
   }
-  if (request.kind == RequestKind::crop) board_.set_state({{"crop", json_of(request.box)}});
+  if (request.kind == RequestKind::crop) board_.set_state({{"crop", box_json(request.box)}});
 }
 
 void LiveView::hand_over(const std::string& report, const std::string& note) {
@@ -254,17 +245,22 @@ void LiveView::fail(const std::string& message) {
 
 void LiveView::work() {
   setpriority(PRIO_PROCESS, 0, kLowPriority);  // of this thread: the tracker comes first
-  while (!stopping_) {
-    const unsigned rung = bell_;
-    if (const std::unique_ptr<Packet> packet{mailbox_.exchange(nullptr)}) {
-      apply(*packet);
-    } else if (!mesh_one()) {
-      if (dirty_.empty())
-        bell_.wait(rung);
-      else
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));  // until a block has settled
-    }
+  try {
+    while (!stopping_) work_once();
+  } catch (const std::exception& error) {  // the page ends, not the run
+    board_.set_state(
+        {{"phase", name_of(ViewPhase::failed)}, {"note", fmt::format("The page cannot go on: {}", error.what())}});
   }
+}
+
+void LiveView::work_once() {
+  const unsigned rung = bell_;
+  if (const std::unique_ptr<Packet> packet{mailbox_.exchange(nullptr)}) return apply(*packet);
+  if (mesh_one()) return;
+  if (dirty_.empty())
+    bell_.wait(rung);
+  else
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // until a block has settled
 }
 
 void LiveView::apply(const Packet& packet) {

@@ -107,6 +107,7 @@ class LiveView : public FrameObserver {
 
   // Of the thread that makes messages.
   void work();
+  void work_once();
   void apply(const Packet& packet);
   void apply_facts(const Facts& facts);
   void apply_picture(const SmallFrame& picture);

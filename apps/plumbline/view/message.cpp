@@ -28,6 +28,15 @@ std::string encode_message(nlohmann::ordered_json json,
   return message;
 }
 
+nlohmann::ordered_json box_json(const std::optional<CropBox>& box) {
+  if (!box) return nullptr;
+  const Eigen::Vector3d middle = box->world_from_box.translation(), size = 2 * box->half;
+  const Eigen::Quaterniond q = box->world_from_box.quaternion();
+  return {{"middle", {middle.x(), middle.y(), middle.z()}},
+          {"turn", {q.x(), q.y(), q.z(), q.w()}},
+          {"size", {size.x(), size.y(), size.z()}}};
+}
+
 std::string surface_message(const MapBlock& block, const BlockSurface& surface, int epoch) {
   const PackedMesh packed = pack_mesh(surface.mesh, surface.weights, kWellSeen);
   nlohmann::ordered_json json = {{"type", "surface"},

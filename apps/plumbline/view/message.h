@@ -2,12 +2,14 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "map/brick_mirror.h"
+#include "view/crop_box.h"
 
 namespace plumbline::app {
 
@@ -15,6 +17,9 @@ namespace plumbline::app {
 /// order; the buffers, each from the next multiple of 4 bytes on.
 std::string encode_message(nlohmann::ordered_json json,
                            const std::vector<std::pair<std::string, std::string_view>>& buffers = {});
+
+/// Middle, turn (quaternion x y z w) and sides, metres; null for none.
+nlohmann::ordered_json box_json(const std::optional<CropBox>& box);
 
 /// A block's surface, which replaces what the page has of that block. `epoch`: of the map, see `Board`.
 std::string surface_message(const MapBlock& block, const BlockSurface& surface, int epoch);

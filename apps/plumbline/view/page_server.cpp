@@ -352,7 +352,12 @@ PageServer::PageServer(const ViewOptions& options, Board* board, RequestSink sin
   state_->accept();
   state_->thread = std::thread([state = state_.get()] {
     setpriority(PRIO_PROCESS, 0, kServerPriority);  // of this thread
-    state->context.run();
+    while (!state->context.stopped()) {
+      try {
+        state->context.run();
+      } catch (const std::exception&) {  // what one page did is no matter of the others, nor of the run
+      }
+    }
   });
 }
 

@@ -83,5 +83,15 @@ TEST(RealtimeSource, OfNothingGivesNothing) {
   EXPECT_EQ(source.live()->captured, 0U);
 }
 
+TEST(RealtimeSource, LosesNothingWhileTheRunStandsStill) {
+  RealtimeSource source(std::make_unique<Stamps>(3), 0.05);  // a frame each 200 ms: a busy machine keeps up
+  source.next(never);
+  const Clock::time_point stop = Clock::now();
+  std::this_thread::sleep_for(std::chrono::milliseconds(450));
+  source.delay((Clock::now() - stop) / std::chrono::nanoseconds(1));
+  EXPECT_EQ(source.next(never)->index, 1) << "two frames would have gone by";
+  EXPECT_EQ(source.live()->dropped, 0U);
+}
+
 }  // namespace
 }  // namespace plumbline::app

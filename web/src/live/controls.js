@@ -6,8 +6,9 @@ const ICONS = {
   start: 'M7 4v16l13-8z', pause: 'M7 4h4v16H7zM14 4h4v16h-4z', undo: 'M9 5 4 10l5 5M4 10h10a5 5 0 0 1 0 10h-3',
   reset: 'M19 12a7 7 0 1 1-2.2-5.1M19 3v5h-5', crop: 'M7 2v15h15M2 7h15v15', finish: 'M4 12.5 9.5 18 20 6',
 };
-const SHADINGS = [['colour', 'Colour', '1'], ['clay', 'Clay', '2'], ['seen', 'How well seen', '3']];
-const MODES = [['follow', 'Follow', 'F'], ['scene', 'All of it', 'A'], ['through', 'Camera’s eye', 'E']];
+// Name, words, words where there is little room, key.
+const SHADINGS = [['colour', 'Colour', 'Colour', '1'], ['clay', 'Clay', 'Clay', '2'], ['seen', 'How well seen', 'Seen', '3']];
+const MODES = [['follow', 'Follow', 'Follow', 'F'], ['scene', 'All of it', 'All', 'A'], ['through', 'Camera’s eye', 'Eye', 'E']];
 
 function icon(name) {
   const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
@@ -44,7 +45,8 @@ class Controls {
   }
 
   choice(id, entries, choose) {
-    const buttons = entries.map(([name, text, key]) => element('button', { type: 'button', 'data-name': name, title: `${text} (${key})`, onclick: () => choose(name) }, text));
+    const buttons = entries.map(([name, text, short, key]) =>
+      element('button', { type: 'button', 'data-name': name, title: `${text} (${key})`, 'aria-label': text, onclick: () => choose(name) }, element('span', { class: 'long' }, text), element('span', { class: 'short' }, short)));
     byId(id).append(...buttons);
     return buttons;
   }
@@ -121,7 +123,7 @@ class Controls {
       Enter: () => event.shiftKey && press(this.finish), Escape: () => this.page.crop.frame && this.page.cropped(undefined),
     };
     for (const [list, entries] of [[this.shadings, SHADINGS], [this.modes, MODES]])
-      entries.forEach(([, , key], i) => (actions[key.toLowerCase()] = () => list[i].click()));
+      entries.forEach(([, , , key], i) => (actions[key.toLowerCase()] = () => list[i].click()));
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!action || (event.key === 'Enter' && !event.shiftKey)) return;
     if (event.key === ' ') event.preventDefault(); // a focused button would be pressed too

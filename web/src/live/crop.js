@@ -33,7 +33,7 @@ export class CropBox {
 
   /** Begins with a box around the surface, or with the one that holds. */
   open(box) {
-    const points = this.viewer.surface.middles();
+    const points = this.viewer.surface.middles().map(({ point }) => point);
     if (!points.length) return false;
     this.frame = new THREE.Group();
     if (box) this.frame.quaternion.fromArray(box.turn);

@@ -84,11 +84,23 @@ export class Surface {
     for (const material of [this.painted, this.clay]) material.clippingPlanes = planes;
   }
 
-  /** Middles of the blocks' surfaces, world. */
+  /** Middles of the blocks' surfaces, world, and how many triangles each has. */
   middles() {
-    return [...this.blocks.values()].map(({ mesh }) => {
+    return [...this.blocks.values()].map(({ mesh, triangles }) => {
       mesh.geometry.boundingSphere ?? mesh.geometry.computeBoundingSphere();
-      return mesh.geometry.boundingSphere.center.clone().multiplyScalar(mesh.scale.x).add(mesh.position);
+      return { point: mesh.geometry.boundingSphere.center.clone().multiplyScalar(mesh.scale.x).add(mesh.position), triangles };
     });
+  }
+
+  /** Middle and size of what is there, without stray parts: what lies within the distance that 85 % of the triangles do. */
+  extent() {
+    const middles = this.middles();
+    const quantile = (values, share) => {
+      const sorted = values.map((value, i) => [value, middles[i].triangles]).sort((a, b) => a[0] - b[0]);
+      let left = share * sorted.reduce((sum, [, triangles]) => sum + triangles, 0);
+      return sorted.find(([, triangles]) => (left -= triangles) <= 0)?.[0] ?? 0;
+    };
+    const center = new THREE.Vector3(...['x', 'y', 'z'].map((axis) => quantile(middles.map(({ point }) => point[axis]), 0.5)));
+    return { center, radius: Math.max(0.5, quantile(middles.map(({ point }) => point.distanceTo(center)), 0.85) + 0.25) };
   }
 }

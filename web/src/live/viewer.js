@@ -119,16 +119,13 @@ export class LiveViewer extends Stage {
 
   /** All of the surface in sight, from where it is seen now. */
   overlook() {
-    const middles = this.surface.middles();
-    if (!middles.length) return;
-    const box = new THREE.Box3().setFromPoints(middles);
-    const center = box.getCenter(new THREE.Vector3());
-    const radius = Math.max(0.6, 0.5 * box.getSize(new THREE.Vector3()).length() + 0.3);
+    if (!this.surface.blocks.size) return;
+    const { center, radius } = this.surface.extent();
     const back = this.camera.position.clone().sub(this.controls.target).projectOnPlane(this.up);
     if (back.lengthSq() < 1e-6) back.set(this.up.y, this.up.z, this.up.x).projectOnPlane(this.up);
     const direction = back.normalize().addScaledVector(this.up, 0.55).normalize();
     this.controls.target.copy(center);
-    this.camera.position.copy(center).addScaledVector(direction, (0.95 * radius) / Math.sin((FIELD_OF_VIEW * Math.PI) / 360));
+    this.camera.position.copy(center).addScaledVector(direction, (0.95 * radius) / Math.sin((FIELD_OF_VIEW * Math.PI) / 360) / Math.min(1, this.camera.aspect));
     this.controls.update();
   }
 
@@ -160,6 +157,8 @@ export class LiveViewer extends Stage {
 
   /** Fewer pixels where pictures take long, more again where there is time. */
   pace() {
+    clearTimeout(this.settling);
+    if (this.resolution < 1) this.settling = setTimeout(() => this.setResolution(1), 600); // nothing moves: all pixels
     const now = performance.now();
     const took = now - (this.drawnAt ?? now);
     this.drawnAt = now;
@@ -168,7 +167,11 @@ export class LiveViewer extends Stage {
     const wanted = this.took > SLOW ? 0.6 : this.took < 0.4 * SLOW ? 1 : this.resolution;
     if (wanted === this.resolution || now - (this.pacedAt ?? 0) < 3000) return;
     this.pacedAt = now;
-    this.resolution = wanted;
+    this.setResolution(wanted);
+  }
+
+  setResolution(share) {
+    this.resolution = share;
     this.resize();
   }
 }

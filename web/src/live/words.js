@@ -74,7 +74,7 @@ export class Words {
       rows.push(['frames', String(frames)]);
     } else {
       rows.push(['time a frame', figure(frame?.milliseconds, 1, 'ms')]);
-      rows.push(['tracked', frames ? `${tracked} of ${frames}` : '–'], ['fits', frame ? figure(100 * frame.matched, 0, '%') : '–']);
+      rows.push(['tracked', frames ? `${tracked} of ${frames}` : '–'], ['matched', frame ? figure(100 * frame.matched, 0, '%') : '–']);
       rows.push(['triangles', viewer.surface.triangles.toLocaleString('en').replaceAll(',', '\u202f')]);
     }
     if (dropped > 0) rows.push(['dropped', String(dropped)]);
