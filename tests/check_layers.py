@@ -23,10 +23,11 @@ LIBRARY = {
     "map": {"core", "kernels", "backend"},
     "tracking": {"core", "kernels", "backend"},
     "place": {"core", "kernels", "backend", "tracking"},
+    "graph": {"core", "kernels", "io", "backend", "tracking", "place"},
     "fusion": {"core", "kernels", "io", "backend", "map", "tracking"},
     "pipeline": {"core", "kernels", "sensor", "backend", "map", "tracking", "place"},
     "calibration": {"core", "kernels", "io", "sensor", "backend", "tracking", "pipeline"},
-    "reconstruction": {"core", "io", "sensor", "backend", "fusion", "pipeline", "calibration"},
+    "reconstruction": {"core", "io", "sensor", "backend", "fusion", "graph", "pipeline", "calibration"},
 }
 # The same for apps/plumbline and lab, beside the library; main.cpp joins all of them.
 PROGRAM = {

@@ -13,6 +13,7 @@
 #include "plumbline/frame.h"
 #include "plumbline/fusion.h"
 #include "plumbline/imu_stream.h"
+#include "plumbline/loops.h"
 #include "plumbline/mesh.h"
 #include "plumbline/orientation.h"
 #include "plumbline/orientation_stream.h"
@@ -68,6 +69,10 @@ struct ReconstructOptions {
   bool color = true;             ///< fuse colour where the sequence has it
   /// Of an orientation sensor. Without: the recording's own, as `recorded_sensor` gives it.
   std::optional<SensorReadings> sensor;
+  /// Where the camera came back to what it had seen, the drift of its path is corrected before the final fusion, if the
+  /// frames can be read again. `automatic`: if that pays, and not with parameters that recognise no places
+  /// (`tracking.relocalise_after` of 0, as published methods have it).
+  GlobalCorrection global = GlobalCorrection::automatic;
   bool mesh = true;                     ///< extract it at the end
   bool final_fusion = true;             ///< and fuse the accepted frames again along the final path, for a fine one
   FusionOptions fusion = {};            ///< of it; range of depth, colour and threads are filled in
@@ -82,8 +87,10 @@ struct Reconstruction {
   SequenceInfo sequence;
   Parameters parameters;
   std::string backend;                          ///< in words
-  std::vector<FrameReport> frames;              ///< every frame that was processed
+  std::vector<FrameReport> frames;              ///< every frame that was processed; poses as in the trajectory
   Trajectory trajectory;                        ///< of the tracked frames, and of provisional ones since confirmed
+  Trajectory live_trajectory;                   ///< as it was tracked, where it was corrected; else empty
+  std::optional<LoopClosure> loops;             ///< what the correction found; none if it was not wanted
   Mesh mesh;                                    ///< empty if none was wanted
   std::optional<FusionResult> fusion;           ///< of the final fusion, without its mesh: that is `mesh`
   double fusion_seconds = 0;                    ///< that it took
@@ -109,8 +116,9 @@ struct Reconstruction {
 /// std::bad_alloc if the volume does not fit. May be called from several threads at once.
 PLUMBLINE_EXPORT Reconstruction reconstruct(const Sequence& sequence, const ReconstructOptions& options = {});
 
-/// trajectory.txt (TUM's format), mesh.ply if there is a mesh, config.toml, and depth.toml if a distortion was found,
-/// into a folder that is made. Throws Error if a file cannot be written whole.
+/// trajectory.txt (TUM's format), trajectory_live.txt if it was corrected, mesh.ply if there is a mesh, config.toml,
+/// and depth.toml if a distortion was found, into a folder that is made. Throws Error if a file cannot be written
+/// whole.
 PLUMBLINE_EXPORT void write_reconstruction(const std::string& folder, const Reconstruction& run);
 
 }  // namespace plumbline

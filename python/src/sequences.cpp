@@ -192,7 +192,11 @@ Reconstruction run(const py::object& given, const std::optional<Path>& output,
 void add_run(py::module_& m) {
   py::class_<Reconstruction>(m, "Reconstruction", "What a run did.")
       .def_property_readonly(
-          "trajectory", [](const Reconstruction& r) { return PyTrajectory{r.trajectory}; }, "Of the tracked frames.")
+          "trajectory", [](const Reconstruction& r) { return PyTrajectory{r.trajectory}; },
+          "Of the tracked frames, corrected where the camera came back.")
+      .def_property_readonly(
+          "live_trajectory", [](const Reconstruction& r) { return PyTrajectory{r.live_trajectory}; },
+          "As it was tracked, where it was corrected; else empty.")
       .def_property_readonly(
           "mesh", [](Reconstruction& r) -> Mesh& { return r.mesh; }, py::return_value_policy::reference_internal,
           "The surface, metres, world frame; its arrays keep the run alive.")
@@ -262,8 +266,10 @@ void add_simulate(py::module_& m) {
       py::arg("speed") = defaults.speed, py::arg("duration") = defaults.duration, py::arg("camera") = py::none(),
       py::arg("noise") = defaults.noise, py::arg("color") = defaults.color, py::arg("seed") = defaults.seed,
       "Writes a recording of a made-up scene that open_sequence reads, with exact truth and an orientation sensor.\n\n"
-      "scene: desk, room, kitchen, teddy, corridor, or a PLY or OBJ file. path: orbit, sweep, handheld, turntable, "
-      "dance, or a trajectory in TUM's format. frames: 0 for all. rate: a second. duration: seconds. camera: None is "
+      "scene: desk, room, kitchen, teddy, corridor, ring, floor, twins, or a PLY or OBJ file. path: orbit, sweep, "
+      "handheld, turntable, "
+      "dance, walk, or a trajectory in TUM's format. frames: 0 for all. rate: a second. duration: seconds. camera: "
+      "None is "
       "640x480 with a Kinect's field of view.");
 }
 

@@ -24,27 +24,6 @@ int keyframe_levels(const TrackingParameters& tracking) {
   return std::min(kKeyframeLevels, static_cast<int>(tracking.iterations.size()));
 }
 
-/// A registration that is not judged by how far it went: what was found is judged by what is seen there.
-TrackingParameters without_limits(TrackingParameters tracking) {
-  tracking.max_step_translation = 1e3;
-  tracking.max_step_rotation = 180;
-  return tracking;
-}
-
-/// To a keyframe: coarsely, with gates that let in what is half a metre and 40° away.
-TrackingParameters far_reaching(const TrackingParameters& tracking) {
-  TrackingParameters far = without_limits(patient(tracking));
-  const int levels = keyframe_levels(tracking);
-  for (std::size_t i = static_cast<std::size_t>(levels); i < far.iterations.size(); ++i) far.iterations[i] = 0;
-  far.distance_gate = 0.4;
-  far.normal_gate = 40;
-  far.gate_per_median = 0;
-  far.converged_step = 0.002;
-  far.max_iterations = 20;
-  far.huber = 0.05;
-  return far;
-}
-
 /// Up in the camera's axes, by a reading.
 Eigen::Vector3d up_in_camera(const Eigen::Matrix3d& earth_from_camera) { return earth_from_camera.row(2).transpose(); }
 
@@ -77,7 +56,7 @@ bool PlaceEvidence::meets(const PlaceLimits& limits) const {
 Relocaliser::Relocaliser(const Parameters& parameters, const Pinhole& camera, const Backend& backend,
                          RenderModel render, const OrientationSensor& sensor)
     : tracking_(without_limits(patient(parameters.tracking))),
-      coarse_(far_reaching(parameters.tracking)),
+      coarse_(far_reaching(parameters.tracking, keyframe_levels(parameters.tracking))),
       has_heading_(sensor.has_heading),
       backend_(&backend),
       render_(std::move(render)),

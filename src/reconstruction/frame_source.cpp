@@ -58,6 +58,13 @@ std::vector<std::string> FileSource::take_messages() {
   return messages;
 }
 
+std::optional<Eigen::Matrix3d> FileSource::earth_from_camera(Nanoseconds time) const {
+  if (stream_ == nullptr) return std::nullopt;
+  const OrientationReading reading = stream_->lookup(time);
+  if (reading.status != OrientationStatus::ok) return std::nullopt;
+  return reading.earth_from_camera;
+}
+
 std::optional<OrientationStreamOptions> FileSource::orientation() const {
   if (stream_ == nullptr) return std::nullopt;
   return stream_->options();

@@ -53,6 +53,8 @@ class FrameSource {
   virtual std::optional<OrientationReading> reading() const = 0;
   /// How the sensor's readings are taken; none without a sensor.
   virtual std::optional<OrientationStreamOptions> orientation() const = 0;
+  /// The attitude by the sensor at the time of a frame; none without.
+  virtual std::optional<Eigen::Matrix3d> earth_from_camera(Nanoseconds) const { return std::nullopt; }
   virtual std::optional<LiveCounts> live() const { return std::nullopt; }
   /// What the frames are read from, as the run sees it, if they can be read again; else null.
   virtual const Sequence* recording() const { return nullptr; }
@@ -82,6 +84,7 @@ class FileSource : public FrameSource {
   ReadTimes read_times() const override { return {reader_.wait_milliseconds(), reader_.decode_milliseconds()}; }
   std::optional<OrientationReading> reading() const override { return reading_; }
   std::optional<OrientationStreamOptions> orientation() const override;
+  std::optional<Eigen::Matrix3d> earth_from_camera(Nanoseconds time) const override;
   std::vector<std::string> skipped() const override { return reader_.skipped(); }
   std::vector<std::string> take_messages() override;
 

@@ -13,6 +13,7 @@
 #include "plumbline/error.h"
 #include "plumbline/files.h"
 #include "reconstruction/final_mesh.h"
+#include "reconstruction/path_correction.h"
 #include "reconstruction/run_parts.h"
 
 namespace plumbline {
@@ -101,6 +102,7 @@ Reconstruction reconstruct(const Sequence& given, const ReconstructOptions& opti
   process_frames(source, *pipeline,
                  {{&listener}, stopping, [&](const std::string& line) { tell(options, LogLevel::warning, line); }},
                  &run);
+  correct_path({options.global, stopping}, source, *backend, &run);
   take_surface(*pipeline, options.mesh, &run);
   if (options.mesh && options.final_fusion) fuse_finally(fusion_options(options), source, &run);
   if (run.fusion) run.mesh = std::exchange(run.fusion->mesh, {});
@@ -111,6 +113,7 @@ void write_reconstruction(const std::string& folder, const Reconstruction& run) 
   ensure_directory(folder);
   const auto path = [&](const char* name) { return (std::filesystem::path(folder) / name).string(); };
   write_tum_trajectory(path("trajectory.txt"), run.trajectory);
+  if (!run.live_trajectory.empty()) write_tum_trajectory(path("trajectory_live.txt"), run.live_trajectory);
   if (!run.mesh.triangles.empty()) write_ply(path("mesh.ply"), run.mesh);
   write_file(path("config.toml"), to_toml(run.parameters));
   if (run.depth)

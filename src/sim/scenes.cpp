@@ -8,6 +8,7 @@
 
 #include "plumbline/error.h"
 #include "plumbline/mesh.h"
+#include "sim/buildings.h"
 #include "sim/props.h"
 
 namespace plumbline::sim {
@@ -366,19 +367,30 @@ Mesh corridor() {
   return m.mesh();
 }
 
+template <Mesh (*Make)()>
+Building without_way() {
+  return {Make(), {}};
+}
+
+Building six_rooms() { return floor_of_rooms({1, 2, 3, 4, 5, 6}); }
+Building like_rooms() { return floor_of_rooms({1, 1, 1, 1, 1, 1}); }
+
 struct Entry {
   std::string_view name;
-  Mesh (*make)();
+  Building (*make)();
   Vector3d focus;
   double radius;
 };
 
-const std::array<Entry, 5>& entries() {
-  static const std::array<Entry, 5> list = {{{"desk", &desk, {0, 0, 0.85}, 1.2},
-                                             {"room", &living_room, {0, 0, 0.8}, 2.6},
-                                             {"kitchen", &kitchen, {0.1, 0.6, 0.9}, 1.9},
-                                             {"teddy", &teddy, {0, 0, 0.45}, 0.9},
-                                             {"corridor", &corridor, {0, 0, 1.2}, 2.5}}};
+const std::array<Entry, 8>& entries() {
+  static const std::array<Entry, 8> list = {{{"desk", &without_way<desk>, {0, 0, 0.85}, 1.2},
+                                             {"room", &without_way<living_room>, {0, 0, 0.8}, 2.6},
+                                             {"kitchen", &without_way<kitchen>, {0.1, 0.6, 0.9}, 1.9},
+                                             {"teddy", &without_way<teddy>, {0, 0, 0.45}, 0.9},
+                                             {"corridor", &without_way<corridor>, {0, 0, 1.2}, 2.5},
+                                             {"ring", &ring_corridor, {0, -5.5, 1.2}, 6},
+                                             {"floor", &six_rooms, {0, 0, 1.2}, 7},
+                                             {"twins", &like_rooms, {0, 0, 1.2}, 7}}};
   return list;
 }
 
@@ -393,7 +405,10 @@ std::vector<std::string> scene_names() {
 Scene make_scene(std::string_view name) {
   std::string known;
   for (const Entry& entry : entries()) {
-    if (entry.name == name) return {std::string(name), entry.make(), entry.focus, entry.radius};
+    if (entry.name == name) {
+      Building made = entry.make();
+      return {std::string(name), std::move(made.mesh), entry.focus, entry.radius, std::move(made.way)};
+    }
     known += (known.empty() ? "" : ", ") + std::string(entry.name);
   }
   throw Error("there is no scene '" + std::string(name) + "'", kScenesWhere,
@@ -421,7 +436,7 @@ Scene scene_of(std::string name, Mesh mesh) {
   if (!(total > 0)) throw Error("the mesh has no area", name, "give a mesh with triangles");
   const Vector3d mean = sum / total;
   const double spread = std::sqrt(std::max(0.0, (squares / total - mean.cwiseProduct(mean)).sum()));
-  return {std::move(name), std::move(mesh), mean, std::max(spread, 1e-3)};
+  return {std::move(name), std::move(mesh), mean, std::max(spread, 1e-3), {}};
 }
 
 }  // namespace plumbline::sim

@@ -14,13 +14,15 @@ namespace plumbline::sim {
 
 struct Scene {
   std::string name;
-  Mesh mesh;              ///< metres, world; triangles face the free side
-  Eigen::Vector3d focus;  ///< metres, world: the middle of what there is to look at
-  double focus_radius;    ///< metres: most of it lies within
+  Mesh mesh;                              ///< metres, world; triangles face the free side
+  Eigen::Vector3d focus;                  ///< metres, world: the middle of what there is to look at
+  double focus_radius;                    ///< metres: most of it lies within
+  std::vector<Eigen::Vector2d> way = {};  ///< through it, on the floor, where it is to be walked through; metres
 };
 
 /// desk (two desks full of things in an office), room (a living room), kitchen, teddy (one object on a floor), corridor
-/// (long bare walls: what registration cannot hold on to).
+/// (long bare walls: what registration cannot hold on to), ring (a furnished corridor around a block), floor (six rooms
+/// at a corridor), twins (the same with all rooms alike).
 std::vector<std::string> scene_names();
 
 /// Throws Error naming the known ones.

@@ -164,7 +164,7 @@ sim::Motion choose_motion(const sim::PathOptions& path, const sim::Scene& scene,
   const bool made_up = is_one_of(sequence->trajectory, sim::path_kinds());
   if (!made_up && !fs::exists(sequence->trajectory))
     throw Error("there is no such path and no such file", "--trajectory " + sequence->trajectory,
-                "Take orbit, sweep, handheld, turntable, dance, or a file in TUM's format.");
+                "Take orbit, sweep, handheld, turntable, dance, walk, or a file in TUM's format.");
   sim::Smoothing smoothing;
   const sim::Motion motion = made_up ? sim::make_path(sequence->trajectory, scene, path)
                                      : sim::smooth_motion(read_trajectory(sequence->trajectory), 0.06, &smoothing);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <utility>
 
@@ -18,6 +19,7 @@ namespace plumbline::sim {
 namespace {
 
 using Eigen::Matrix3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr const char* kTrajectoryWhere = "trajectory";
@@ -152,16 +154,71 @@ SE3 dance_view(const Frame3& f, const PathOptions& o, double t) {
   return {view.rotation() * about(1) * about(0) * about(2), view.translation()};
 }
 
+/// A polyline on the floor, walked at a constant speed, its corners rounded.
+class Way {
+ public:
+  explicit Way(std::vector<Vector2d> points) : points_(std::move(points)) {
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      lengths_.push_back(i == 0 ? 0 : lengths_.back() + (points_[i] - points_[i - 1]).norm());
+  }
+  double length() const { return lengths_.back(); }  ///< metres
+
+  /// Mean over half a metre to both sides.
+  Vector2d at(double metres) const {
+    constexpr int kSamples = 8;
+    constexpr double kReach = 0.5;
+    Vector2d sum = Vector2d::Zero();
+    for (int i = -kSamples; i <= kSamples; ++i) sum += corner_at(metres + kReach * i / kSamples);
+    return sum / (2 * kSamples + 1);
+  }
+
+ private:
+  Vector2d corner_at(double metres) const {
+    const double s = std::clamp(metres, 0.0, length());
+    const auto next = std::upper_bound(lengths_.begin() + 1, lengths_.end() - 1, s);
+    const auto i = static_cast<std::size_t>(next - lengths_.begin());
+    const double share = (s - lengths_[i - 1]) / std::max(lengths_[i] - lengths_[i - 1], 1e-9);
+    return points_[i - 1] + share * (points_[i] - points_[i - 1]);
+  }
+
+  std::vector<Vector2d> points_;
+  std::vector<double> lengths_;
+};
+
+Way way_of(const Scene& scene, double radius) {
+  if (scene.way.size() > 1) return Way(scene.way);
+  const Vector2d middle = scene.focus.head<2>();
+  std::vector<Vector2d> square;
+  for (const Vector2d& corner : {Vector2d(-1, -1), Vector2d(1, -1), Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1)})
+    square.push_back(middle + radius * corner);
+  return Way(square);
+}
+
+/// As one carries a camera along, looking ahead, to the sides and at the floor.
+SE3 walk_view(const Way& way, const PathOptions& o, double t) {
+  constexpr double kEyeHeight = 1.45, kAhead = 1.2;  // metres
+  const Tremor look(stream(o.seed, 48), 0.06, 0.25), nod(stream(o.seed, 49), 0.05, 0.3);
+  const double metres = way.length() * t / std::max(o.duration, 1e-9);
+  const Vector2d eye = way.at(metres), ahead = way.at(metres + kAhead), behind = way.at(metres - 0.3);
+  const Vector2d along = (ahead - behind).normalized();
+  const double yaw = 0.35 * look.at(t), pitch = 0.22 + 0.1 * nod.at(t);
+  const Vector2d turned(std::cos(yaw) * along.x() - std::sin(yaw) * along.y(),
+                        std::sin(yaw) * along.x() + std::cos(yaw) * along.y());
+  const Vector3d from(eye.x(), eye.y(), kEyeHeight);
+  return look_at(from, from + Vector3d(turned.x(), turned.y(), -std::tan(pitch)));
+}
+
 struct Kind {
   const char* name;
-  SE3 (*view)(const Frame3&, const PathOptions&, double);
+  SE3 (*view)(const Frame3&, const PathOptions&, double);  ///< null: along the scene's way
   bool trembles;
 };
-constexpr std::array<Kind, 5> kKinds = {{{"orbit", &orbit_view, true},
+constexpr std::array<Kind, 6> kKinds = {{{"orbit", &orbit_view, true},
                                          {"sweep", &sweep_view, true},
                                          {"handheld", &handheld_view, true},
                                          {"turntable", &turntable_view, false},
-                                         {"dance", &dance_view, true}}};
+                                         {"dance", &dance_view, true},
+                                         {"walk", nullptr, true}}};
 
 }  // namespace
 
@@ -250,26 +307,40 @@ std::vector<std::string> path_kinds() {
   return names;
 }
 
-Motion make_path(const std::string& name, const Scene& scene, const PathOptions& options) {
-  const auto* kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& k) { return name == k.name; });
-  if (kind == kKinds.end())
-    throw Error("there is no path '" + name + "'", kTrajectoryWhere,
-                "take orbit, sweep, handheld, turntable, dance, or a TUM file");
-  if (!(options.duration > 0)) throw Error("the duration is not positive", kTrajectoryWhere, "give seconds");
-  Frame3 frame{scene.focus, options.radius, options.height};
-  if (!(frame.radius > 0)) frame.radius = std::clamp(1.35 * scene.focus_radius, 0.3, 1.9);
-  if (frame.height == 0) frame.height = 0.4 * frame.radius;
+namespace {
+
+/// With the tremor of the hand that carries it.
+Motion held(const std::function<SE3(double)>& smooth, const PathOptions& options, double shake) {
   const Tremor3 move(stream(options.seed, 43), 0.4, 4.0), turn(stream(options.seed, 44), 0.4, 4.0);
-  const double shake = kind->trembles ? options.shake : 0;
   const int intervals = std::max(2, static_cast<int>(std::ceil(options.duration / kControlInterval)));
   std::vector<SE3> controls;
   for (int i = 0; i <= intervals; ++i) {
     const double t = options.duration * i / intervals;
-    const SE3 smooth = kind->view(frame, options, t);
-    controls.emplace_back(smooth.rotation() * so3::exp(0.005 * shake * turn.at(t) / std::sqrt(3.0)),
-                          smooth.translation() + 0.004 * shake * move.at(t) / std::sqrt(3.0));
+    const SE3 view = smooth(t);
+    controls.emplace_back(view.rotation() * so3::exp(0.005 * shake * turn.at(t) / std::sqrt(3.0)),
+                          view.translation() + 0.004 * shake * move.at(t) / std::sqrt(3.0));
   }
   return {std::move(controls), options.duration / intervals};
+}
+
+}  // namespace
+
+Motion make_path(const std::string& name, const Scene& scene, const PathOptions& options) {
+  const auto* kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& k) { return name == k.name; });
+  if (kind == kKinds.end())
+    throw Error("there is no path '" + name + "'", kTrajectoryWhere,
+                "take orbit, sweep, handheld, turntable, dance, walk, or a TUM file");
+  if (!(options.duration > 0)) throw Error("the duration is not positive", kTrajectoryWhere, "give seconds");
+  Frame3 frame{scene.focus, options.radius, options.height};
+  if (!(frame.radius > 0)) frame.radius = std::clamp(1.35 * scene.focus_radius, 0.3, 1.9);
+  if (frame.height == 0) frame.height = 0.4 * frame.radius;
+  const double shake = kind->trembles ? options.shake : 0;
+  if (kind->view != nullptr) return held([&](double t) { return kind->view(frame, options, t); }, options, shake);
+  constexpr double kMaxSpeed = 1;  // m/s
+  const Way way = way_of(scene, frame.radius);
+  PathOptions walk = options;
+  walk.duration = std::max(options.duration, way.length() / kMaxSpeed);
+  return held([&](double t) { return walk_view(way, walk, t); }, walk, shake);
 }
 
 // ---- TurnPairs

@@ -36,6 +36,24 @@ TrackingParameters coarse(TrackingParameters parameters) {
   return parameters;
 }
 
+TrackingParameters without_limits(TrackingParameters parameters) {
+  parameters.max_step_translation = 1e3;
+  parameters.max_step_rotation = 180;
+  return parameters;
+}
+
+TrackingParameters far_reaching(const TrackingParameters& parameters, int levels) {
+  TrackingParameters far = without_limits(patient(parameters));
+  for (auto i = static_cast<std::size_t>(levels); i < far.iterations.size(); ++i) far.iterations[i] = 0;
+  far.distance_gate = 0.4;
+  far.normal_gate = 40;
+  far.gate_per_median = 0;
+  far.converged_step = 0.002;
+  far.max_iterations = 20;
+  far.huber = 0.05;
+  return far;
+}
+
 TrackingParameters patient(TrackingParameters parameters) {
   parameters.max_iterations *= 4;
   parameters.converged_step /= 5;

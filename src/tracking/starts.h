@@ -26,6 +26,12 @@ std::vector<SE3> turned_about(const SE3& seed, double step);
 /// The parameters without the finest level, where most of the time goes: as good for choosing where to start.
 TrackingParameters coarse(TrackingParameters parameters);
 
+/// A registration that is not judged by how far it went: what was found is judged by what is seen there.
+TrackingParameters without_limits(TrackingParameters parameters);
+
+/// Of the `levels` coarsest levels alone, with gates that let in what is half a metre and 40° away.
+TrackingParameters far_reaching(const TrackingParameters& parameters, int levels);
+
 /// With more and smaller steps, for images that have little in common: they hold some directions so weakly that ICP
 /// comes near the minimum but slowly.
 TrackingParameters patient(TrackingParameters parameters);

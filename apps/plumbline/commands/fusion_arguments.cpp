@@ -47,6 +47,13 @@ void check_mesh_name(const std::string& name) {
 
 void add_fusion_arguments(CLI::App& command, FusionArguments& arguments) {
   command
+      .add_option(
+          "--global", arguments.global,
+          "Correct the path's drift where the camera came back: on (wherever it did), off, or auto (if it pays)")
+      ->check(CLI::IsMember({"auto", "on", "off"}))
+      ->capture_default_str()
+      ->type_name("MODE");
+  command
       .add_option("--detail", arguments.detail,
                   "Voxels of the final fusion: 4mm, 0.5cm …; auto: by the depth's noise; off: the volume's own mesh")
       ->capture_default_str()
@@ -67,6 +74,8 @@ void add_fusion_arguments(CLI::App& command, FusionArguments& arguments) {
 }
 
 void set_up_fusion(const FusionArguments& arguments, const std::string& preset, ReconstructionOptions* options) {
+  if (arguments.global == "on" || (arguments.global == kAuto && preset == "plumbline"))
+    options->global = arguments.global == kAuto ? GlobalCorrection::automatic : GlobalCorrection::on;
   options->mesh_files = arguments.files;
   for (const std::string& name : arguments.files) check_mesh_name(name);
   options->final_fusion = arguments.detail == kAuto ? preset == "plumbline" : arguments.detail != kOff;

@@ -211,7 +211,8 @@ void add_run_command(CLI::App& app, Command& chosen, const std::string& command_
   add_options(*command, *arguments);
   command->footer(
       "`plumbline run live:` reconstructs what a camera sees, from the devices of --depth and --imu.\n"
-      "Writes trajectory.txt, mesh.ply, frames.csv, config.toml, summary.json and report.html into DIR.\n"
+      "Writes trajectory.txt (and trajectory_live.txt, if it was corrected), mesh.ply, frames.csv, config.toml, "
+      "summary.json and report.html into DIR.\n"
       "Ctrl-C finishes the current frame and writes everything; the exit code is then 130.");
   arguments->command_line = command_line;
   command->callback([arguments, &chosen] { chosen = [arguments] { return run(*arguments); }; });

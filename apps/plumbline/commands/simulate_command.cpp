@@ -141,11 +141,14 @@ int simulate(const SimulateArguments& arguments) {
 }
 
 void add_path_options(CLI::App& command, SimulateArguments& a) {
-  command.add_option("--scene", a.scene, "desk, room, kitchen, teddy, corridor, or a PLY or OBJ file (metres, z up)")
+  command
+      .add_option("--scene", a.scene,
+                  "desk, room, kitchen, teddy, corridor, ring, floor, twins, or a PLY or OBJ file (metres, z up)")
       ->capture_default_str()
       ->type_name("NAME|FILE");
   command
-      .add_option("--trajectory", a.trajectory, "orbit, sweep, handheld, turntable, dance, or a file in TUM's format")
+      .add_option("--trajectory", a.trajectory,
+                  "orbit, sweep, handheld, turntable, dance, walk, or a file in TUM's format")
       ->capture_default_str()
       ->type_name("KIND|FILE");
   command

@@ -118,6 +118,9 @@ std::vector<Fact> facts_of(const Reconstruction& run) {
                                  length_text(run.ate->translation.max))});
   facts.push_back({"Path", fmt::format("{:.2f} m", path_length(run.trajectory)),
                    fmt::format("{:.1f} s recorded", to_seconds(run.frames.back().time - run.frames.front().time))});
+  if (run.loops && run.loops->is_applied)
+    facts.push_back({"Drift corrected", length_text(run.loops->max_translation),
+                     fmt::format("at most, by {} places seen again", run.loops->accepted())});
   facts.push_back({"Time a frame", fmt::format("{:.1f} ms", ms.total),
                    fmt::format("median; {} in all", duration_text(run.wall_seconds))});
   if (!run.mesh.triangles.empty())
@@ -144,6 +147,8 @@ std::vector<Fact> details_of(const Reconstruction& run) {
        fmt::format("preprocess {:.1f} ms, track {:.1f}, integrate {:.1f}, ray cast {:.1f}", ms.preprocess, ms.track,
                    ms.integrate, ms.raycast),
        fmt::format("reading {:.1f} ms beside it; waited for {:.1f} ms", ms.decode, ms.wait)},
+      {"Loops", run.loops ? loops_words(*run.loops) : "not looked for",
+       run.loops ? (run.loops->is_applied ? "the path was corrected by them" : run.loops->note) : ""},
       {"Computed on", run.backend, ""},
       {"Version", std::string("Plumbline ") + PLUMBLINE_VERSION, compiler()}};
   for (const Warning& warning : run.sequence.warnings) details.push_back({"Warning", warning.what, warning.what_to_do});

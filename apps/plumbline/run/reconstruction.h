@@ -12,6 +12,7 @@
 #include "plumbline/evaluation.h"
 #include "plumbline/fusion.h"
 #include "plumbline/imu_stream.h"
+#include "plumbline/loops.h"
 #include "plumbline/mesh.h"
 #include "plumbline/orientation_stream.h"
 #include "plumbline/parameters.h"
@@ -42,6 +43,7 @@ struct ReconstructionOptions {
   double realtime = 0;      ///< play the sequence at so many times its speed and drop what comes too fast; 0 = wait
   SE3 initial_pose;         ///< world_from_camera of the first frame
   std::string groundtruth;  ///< trajectory file; empty = the sequence's own, if it has one
+  GlobalCorrection global = GlobalCorrection::off;  ///< of the path's drift, where the frames can be read again
   bool mesh = true;
   std::vector<std::string> mesh_files;  ///< besides mesh.ply, in `output`; the ending says the format
   bool final_fusion = false;  ///< the mesh is fused again along the final path, where the frames can be read again

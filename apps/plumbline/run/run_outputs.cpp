@@ -14,6 +14,7 @@
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
+#include "reconstruction/path_correction.h"
 #include "reconstruction/run_parts.h"
 #include "run/final_mesh.h"
 #include "run/summary.h"
@@ -58,6 +59,17 @@ void write_fused_mesh(const ReconstructionOptions& options, const FrameSource& s
     run->fusion_note = error.what();
     run->fusion.reset();
   }
+}
+
+/// The file of the trajectory is that of the tracked one until the corrected one is whole.
+void correct_and_write_path(const ReconstructionOptions& options, const OpenRun& open, const InterruptGuard& interrupt,
+                            Reconstruction* run) {
+  const std::string live = output_path(options, "trajectory_live.txt");
+  correct_path({options.global, [&] { return interrupt.signal() != 0; }}, *open.source, *open.backend, run);
+  run->signal = interrupt.signal();
+  if (run->live_trajectory.empty()) return remove_older(live);
+  write_tum_trajectory(live, run->live_trajectory);
+  write_tum_trajectory(output_path(options, "trajectory.txt"), run->trajectory);
 }
 
 /// For other recordings of this camera.
@@ -106,6 +118,7 @@ void write_outputs(const ReconstructionOptions& options, const OpenRun& open, co
                    FrameLog* log, Reconstruction* run) {
   // The trajectory first: it is the smallest, and what a full disk should spare.
   write_tum_trajectory(output_path(options, "trajectory.txt"), run->trajectory);
+  correct_and_write_path(options, open, interrupt, run);
   evaluate(run);
   take_surface(*open.pipeline, options.mesh, run);
   if (options.view) run->crop = options.view->crop();

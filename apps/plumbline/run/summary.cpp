@@ -9,6 +9,7 @@
 
 #include "cli/console.h"
 #include "core/median.h"
+#include "plumbline/angles.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/time.h"
 #include "plumbline/trajectory.h"
@@ -134,6 +135,30 @@ Json interruptions_json(const Reconstruction& run) {
           {"lost_to_the_end_from_s", from ? Json(*from) : Json()}};
 }
 
+/// The loops of each status, and those that the path was corrected by.
+Json loops_json(const Reconstruction& run) {
+  if (!run.loops) return nullptr;
+  const LoopClosure& loops = *run.loops;
+  Json refused = Json::object(), accepted = Json::array();
+  for (const LoopReport& loop : loops.loops) {
+    if (loop.status == LoopStatus::accepted)
+      accepted.push_back({loop.first_frame, loop.second_frame});
+    else
+      refused[std::string(to_string(loop.status))] = loops.count(loop.status);
+  }
+  return {{"applied", loops.is_applied},
+          {"note", loops.note.empty() ? Json() : Json(loops.note)},
+          {"views", loops.views},
+          {"tried", loops.loops.size()},
+          {"accepted", accepted},
+          {"refused", refused},
+          {"disagreement_before", loops.disagreement_before},
+          {"disagreement_after", loops.disagreement_after},
+          {"max_correction_m", loops.max_translation},
+          {"max_correction_deg", degrees(loops.max_rotation)},
+          {"wall_s", loops.seconds}};
+}
+
 Json live_json(const Reconstruction& run) {
   if (!run.live) return nullptr;
   return {{"captured", run.live->captured}, {"dropped", run.live->dropped}};
@@ -156,6 +181,22 @@ double mean_iterations(const Reconstruction& run) {
     registered += !frame.tracking.iterations.empty();
   }
   return static_cast<double>(iterations) / std::max(1, registered);
+}
+
+/// What became of the path.
+std::vector<std::string> loops_text(const Reconstruction& run) {
+  if (!run.loops || (run.loops->loops.empty() && run.loops->views == 0)) return {};
+  const LoopClosure& loops = *run.loops;
+  std::vector<std::string> lines;
+  if (!loops.loops.empty()) lines.push_back("loops      " + loops_words(loops));
+  if (loops.is_applied)
+    lines.push_back(fmt::format("path       corrected by up to {:.3f} m and {:.2f} degrees in {:.1f} s",
+                                loops.max_translation, degrees(loops.max_rotation), loops.seconds));
+  else if (!loops.loops.empty())
+    lines.push_back("path       as it was tracked: " + loops.note);
+  if (loops.is_applied && !run.fusion && !run.mesh.triangles.empty())
+    lines.push_back("note       the mesh was fused along the path as it was tracked (trajectory_live.txt)");
+  return lines;
 }
 
 }  // namespace
@@ -213,6 +254,16 @@ Json fusion_json(const Reconstruction& run) {
           {"islands", f.islands}, {"notes", f.notes},   {"wall_s", run.fusion_seconds}};
 }
 
+std::string loops_words(const LoopClosure& loops) {
+  std::string text = fmt::format("{} of {} tried are accepted", loops.accepted(), loops.loops.size());
+  std::string refused;
+  for (const LoopStatus status : {LoopStatus::not_registered, LoopStatus::too_weak, LoopStatus::one_way,
+                                  LoopStatus::seen_through, LoopStatus::too_far, LoopStatus::contradicted})
+    if (const int count = loops.count(status); count > 0)
+      refused += fmt::format("{}{} {}", refused.empty() ? "" : ", ", count, to_string(status));
+  return refused.empty() ? text : text + "; " + refused;
+}
+
 std::string summary_json(const Reconstruction& run) {
   const auto frames = static_cast<double>(run.frames.size());
   const Json json = {
@@ -233,6 +284,7 @@ std::string summary_json(const Reconstruction& run) {
       {"interrupted", run.signal != 0},
       {"skipped_frames", run.skipped},
       {"error", run.failure.empty() ? Json() : Json(run.failure)},
+      {"loops", loops_json(run)},
       {"path_length_m", path_length(run.trajectory)},
       {"orientation", orientation_json(run)},
       {"mean_iterations", mean_iterations(run)},
@@ -259,6 +311,7 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
                     found.count, found.recovered, found.revoked));
   if (const auto from = lost_to_the_end(run))
     lines.push_back(fmt::format("lost       from {:.1f} s to the end: no known place was seen", *from));
+  for (const std::string& line : loops_text(run)) lines.push_back(line);
   if (run.live)
     lines.push_back(fmt::format("camera     {} frames, {} of them dropped for lack of time", run.live->captured,
                                 run.live->dropped));

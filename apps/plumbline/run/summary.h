@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "plumbline/loops.h"
 #include "plumbline/trajectory.h"
 #include "run/reconstruction.h"
 
@@ -29,6 +30,9 @@ Interruptions interruptions(const Reconstruction& run);
 
 /// Seconds after the start from which on no frame shows a known place; none if the run ends otherwise.
 std::optional<double> lost_to_the_end(const Reconstruction& run);
+
+/// Of the places that were seen again, how many are accepted, and why others are not.
+std::string loops_words(const LoopClosure& loops);
 
 /// JSON text of summary.json.
 std::string summary_json(const Reconstruction& run);
