@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "plumbline/export.h"
+#include "plumbline/se3.h"
 
 namespace plumbline {
 
@@ -28,6 +29,7 @@ PLUMBLINE_EXPORT std::string_view to_string(LoopStatus status);
 struct LoopReport {
   int first_frame = 0, second_frame = 0;  ///< their index in the sequence
   LoopStatus status = LoopStatus::not_registered;
+  SE3 first_from_second;                 ///< the motion between the cameras, by their images
   double translation = 0, rotation = 0;  ///< by which the tracked path disagrees: metres, radians
 };
 

@@ -134,8 +134,9 @@ std::vector<LoopReport> reports(const Scene& scene, const std::vector<PathFrame>
   std::vector<LoopReport> all;
   for (const TriedLoop& loop : scene.loops) {
     const PathView &first = scene.views[loop.pair.first], &second = scene.views[loop.pair.second];
-    LoopReport report{path[first.frame].index, path[second.frame].index, loop.status};
+    LoopReport report{path[first.frame].index, path[second.frame].index, loop.status, {}};
     if (loop.edge) {
+      report.first_from_second = loop.edge->motion.first_from_second;
       const Vector6d d =
           constraint_residual(first.world_from_camera, second.world_from_camera, loop.edge->motion.first_from_second);
       report.rotation = d.head<3>().norm();

@@ -81,13 +81,6 @@ class Choice {
   std::vector<std::size_t> chosen_;
 };
 
-/// Whether the path can have drifted by as much.
-bool fits_path(const ViewEdge& edge, const Odometry& odometry, double scale) {
-  const RelativePose path = odometry.between(edge.first, edge.second);
-  return normalised_difference(edge.motion.first_from_second, path.first_from_second,
-                               path.covariance + scale * edge.motion.covariance) < kMaxPathChi2;
-}
-
 /// Whether one loop is what the other one says, carried along the path.
 bool agree(const ViewEdge& a, const ViewEdge& b, const Odometry& odometry, double scale) {
   const RelativePose other{b.motion.first_from_second, scale * b.motion.covariance};
@@ -131,6 +124,15 @@ LoopStatus judge_alone(const ViewEdge& edge, double scale) {
   return LoopStatus::accepted;
 }
 
+LoopStatus judge(const ViewEdge& edge, const Odometry& odometry, double scale) {
+  const LoopStatus alone = judge_alone(edge, scale);
+  if (alone != LoopStatus::accepted) return alone;
+  const RelativePose path = odometry.between(edge.first, edge.second);
+  const double difference = normalised_difference(edge.motion.first_from_second, path.first_from_second,
+                                                  path.covariance + scale * edge.motion.covariance);
+  return difference < kMaxPathChi2 ? LoopStatus::accepted : LoopStatus::too_far;
+}
+
 std::vector<LoopPair> loop_candidates(const std::vector<PathView>& views) {
   std::vector<LoopPair> pairs;
   for (std::size_t second = 0; second < views.size(); ++second)
@@ -144,9 +146,7 @@ std::vector<TriedLoop> find_loops(const std::vector<PathView>& views, const Odom
   for (const LoopPair& pair : loop_candidates(views)) {
     if (stopping && stopping()) return {};
     TriedLoop loop{pair, LoopStatus::not_registered, matcher->match(views, pair.first, pair.second, Reach::far)};
-    if (loop.edge) loop.status = judge_alone(*loop.edge, scale);
-    if (loop.status == LoopStatus::accepted && !fits_path(*loop.edge, odometry, scale))
-      loop.status = LoopStatus::too_far;
+    if (loop.edge) loop.status = judge(*loop.edge, odometry, scale);
     loops.push_back(std::move(loop));
   }
   test_against_each_other(odometry, scale, &loops);

@@ -24,6 +24,9 @@ double covariance_scale(const std::vector<PathView>& views, const std::vector<st
 /// no surface where the other view looked through. `accepted` if so.
 LoopStatus judge_alone(const ViewEdge& edge, double scale);
 
+/// The same beside the path: `too_far` where that cannot have drifted by as much.
+LoopStatus judge(const ViewEdge& edge, const Odometry& odometry, double scale);
+
 struct LoopPair {
   std::size_t first, second;  ///< of the views
 };

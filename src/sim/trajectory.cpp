@@ -201,7 +201,7 @@ SE3 walk_view(const Way& way, const PathOptions& o, double t) {
   const double metres = way.length() * t / std::max(o.duration, 1e-9);
   const Vector2d eye = way.at(metres), ahead = way.at(metres + kAhead), behind = way.at(metres - 0.3);
   const Vector2d along = (ahead - behind).normalized();
-  const double yaw = 0.35 * look.at(t), pitch = 0.22 + 0.1 * nod.at(t);
+  const double yaw = 0.22 * look.at(t), pitch = 0.22 + 0.1 * nod.at(t);
   const Vector2d turned(std::cos(yaw) * along.x() - std::sin(yaw) * along.y(),
                         std::sin(yaw) * along.x() + std::cos(yaw) * along.y());
   const Vector3d from(eye.x(), eye.y(), kEyeHeight);
@@ -336,7 +336,7 @@ Motion make_path(const std::string& name, const Scene& scene, const PathOptions&
   if (frame.height == 0) frame.height = 0.4 * frame.radius;
   const double shake = kind->trembles ? options.shake : 0;
   if (kind->view != nullptr) return held([&](double t) { return kind->view(frame, options, t); }, options, shake);
-  constexpr double kMaxSpeed = 1;  // m/s
+  constexpr double kMaxSpeed = 0.8;  // m/s
   const Way way = way_of(scene, frame.radius);
   PathOptions walk = options;
   walk.duration = std::max(options.duration, way.length() / kMaxSpeed);

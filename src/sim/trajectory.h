@@ -58,7 +58,7 @@ struct PathOptions {
 /// orbit: an arc around the focus to and fro. sweep: a line past it, looking ahead. handheld: a band-limited random
 /// walk of eye and target before it, as one waves a camera about. turntable: once around at constant height and speed,
 /// without tremor. dance: turned by some tens of degrees about all three axes in one place, as one calibrates a sensor.
-/// walk: along the scene's way (without one, around the focus) at 1 m/s or, if `duration` is longer, slower, looking
+/// walk: along the scene's way (without one, around the focus) at 0.8 m/s or, if `duration` is longer, slower, looking
 /// ahead and about. Throws Error naming the known ones.
 Motion make_path(const std::string& kind, const Scene& scene, const PathOptions& options);
 std::vector<std::string> path_kinds();

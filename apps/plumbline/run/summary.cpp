@@ -92,12 +92,17 @@ Json ate_json(const Reconstruction& run) {
   return json;
 }
 
+/// tx ty tz qx qy qz qw.
+Json pose_json(const SE3& pose) {
+  const Eigen::Vector3d& t = pose.translation();
+  const Eigen::Quaterniond q = pose.quaternion();
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
 Json volume_json(const Reconstruction& run) {
-  const Eigen::Vector3d t = run.world_from_volume.translation();
-  const Eigen::Quaterniond q = run.world_from_volume.quaternion();
   return {{"resolution", (run.parameters.volume.resolution + 7) / 8 * 8},
           {"side_m", run.volume_side},
-          {"world_from_volume", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}}};
+          {"world_from_volume", pose_json(run.world_from_volume)}};
 }
 
 Json milliseconds_json(const Reconstruction& run) {
@@ -142,7 +147,8 @@ Json loops_json(const Reconstruction& run) {
   Json refused = Json::object(), accepted = Json::array();
   for (const LoopReport& loop : loops.loops) {
     if (loop.status == LoopStatus::accepted)
-      accepted.push_back({loop.first_frame, loop.second_frame});
+      accepted.push_back({{"frames", {loop.first_frame, loop.second_frame}},
+                          {"first_from_second", pose_json(loop.first_from_second)}});
     else
       refused[std::string(to_string(loop.status))] = loops.count(loop.status);
   }

@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+"""What the correction of a path's drift changes, and whether any loop that it accepts is false.
+
+    bench/loops.py [-o DIR] SEQUENCE ... [-- RUN OPTIONS...]
+
+SEQUENCE is a folder with a ground truth, or SEQUENCE@OPTIONS with options of its own for `plumbline run`, in one word
+with commas ("floor@--set,volume.side=20"). Each is run without, with, and with the automatic correction. A loop is false
+if its motion is more than 5 cm or 2.5° from the true one; of a motion capture whose clock is off, the loops are compared at
+the offset that `plumbline eval ate --find-offset` finds. `same` says that an automatic run that corrected nothing has the
+trajectory of the run without to the byte.
+What is there already is not run again.
+"""
+
+import argparse
+import bisect
+import json
+import math
+import pathlib
+import re
+import sys
+
+import runs
+
+FALSE_METRES, FALSE_DEGREES = 0.05, 2.5
+
+
+def product(a, b):
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz)
+
+
+def rotate(q, v):
+    return product(product(q, (*v, 0)), (-q[0], -q[1], -q[2], q[3]))[:3]
+
+
+def relative(a, b):
+    """a_from_b of two poses (t, q) in one world."""
+    back = (-a[1][0], -a[1][1], -a[1][2], a[1][3])
+    return rotate(back, [y - x for x, y in zip(a[0], b[0])]), product(back, b[1])
+
+
+def apart(a, b):
+    """Metres and degrees between two motions (t, q)."""
+    turn = product((-a[1][0], -a[1][1], -a[1][2], a[1][3]), b[1])
+    return math.dist(a[0], b[0]), 2 * math.degrees(math.atan2(math.hypot(*turn[:3]), abs(turn[3])))
+
+
+def read_poses(path):
+    rows = (line.split() for line in path.read_text(encoding="utf-8").splitlines() if line and line[0] != "#")
+    return [(float(r[0]), tuple(map(float, r[1:4])), tuple(map(float, r[4:8]))) for r in rows]
+
+
+class Truth:
+    def __init__(self, poses, offset):
+        self.poses, self.offset = poses, offset
+        self.times = [p[0] for p in poses]
+
+    def at(self, time):
+        time += self.offset
+        i = bisect.bisect_left(self.times, time)
+        if i > 0 and (i == len(self.times) or time - self.times[i - 1] < self.times[i] - time):
+            i -= 1
+        return self.poses[i][1:] if abs(self.times[i] - time) < 0.05 else None
+
+
+def frame_times(folder):
+    """Index of a frame in the sequence to its time."""
+    lines = (folder / "frames.csv").read_text(encoding="utf-8").splitlines()
+    header = lines[0].split(",")
+    index, time = header.index("index"), header.index("time_s")
+    return {int(r[index]): float(r[time]) for r in (line.split(",") for line in lines[1:])}
+
+
+def offset_of(truth, folder):
+    try:
+        text = runs.call("eval", "ate", str(truth), str(folder / "trajectory.txt"), "--find-offset")
+    except runs.Failure:
+        return 0
+    found = re.search(r"stamps were at (-?[\d.]+) s", text)
+    return float(found[1]) if found else 0
+
+
+def false_loops(folder, summary):
+    path = summary["ate"] and pathlib.Path(summary["ate"]["groundtruth"])
+    if not path or not path.is_file() or not summary["loops"]:
+        return None
+    try:
+        poses = read_poses(path)
+    except (ValueError, IndexError):
+        return None  # another format
+    truth, times, false = Truth(poses, offset_of(path, folder)), frame_times(folder), 0
+    for loop in summary["loops"]["accepted"]:
+        a, b = (truth.at(times[i]) for i in loop["frames"])
+        motion = loop["first_from_second"]
+        metres, degrees = apart((motion[:3], motion[3:]), relative(a, b)) if a and b else (0, 0)
+        false += metres > FALSE_METRES or degrees > FALSE_DEGREES
+    return false
+
+
+def run(sequence, options, mode, output):
+    folder = output / re.sub(r"[^\w.=-]+", "_", " ".join([pathlib.Path(sequence).name, *options])) / mode
+    if not (folder / "summary.json").is_file():
+        runs.call("run", str(sequence), "-o", str(folder), "--no-mesh", "--no-report", "--quiet", "--global", mode,
+                  *options)
+    return folder, json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+
+
+def row(sequence, options, output):
+    off_folder, off = run(sequence, options, "off", output)
+    folders = {mode: run(sequence, options, mode, output) for mode in ("on", "auto")}
+    on, auto = folders["on"][1], folders["auto"][1]
+    loops = auto["loops"]
+    same = (off_folder / "trajectory.txt").read_bytes() == (folders["auto"][0] / "trajectory.txt").read_bytes()
+    ate = lambda s: f"{s['ate']['rmse_m']:.4f}" if s["ate"] and "rmse_m" in s["ate"] else "–"
+    false = false_loops(*folders["auto"])
+    return [pathlib.Path(sequence).name + (" " + " ".join(options) if options else ""), str(off["tracked"]), str(off["lost"]), ate(off),
+            ate(on), ate(auto), str(loops["tried"]), str(len(loops["accepted"])), "–" if false is None else str(false),
+            f"{loops['disagreement_before']:.2f}",
+            "corrected" if loops["applied"] else ("same; " if same else "NOT THE SAME; ") + loops["note"],
+            f"{1000 * loops['wall_s'] / max(1, off['frames']):.1f}"]
+
+
+def main():
+    words = sys.argv[1:]
+    common = words[words.index("--") + 1:] if "--" in words else []
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path("loops"))
+    parser.add_argument("sequences", nargs="+")
+    arguments = parser.parse_args(words[:words.index("--")] if "--" in words else words)
+    print("| sequence | tracked | lost | ATE off | on | auto | tried | accepted | false | D | | ms a frame |\n"
+          "|---|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
+    for word in arguments.sequences:
+        sequence, _, own = word.partition("@")
+        print("| " + " | ".join(row(sequence, common + [w for w in own.split(",") if w], arguments.output)) + " |",
+              flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
