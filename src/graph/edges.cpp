@@ -38,7 +38,7 @@ double normalised_difference(const SE3& a, const SE3& b, const Matrix6d& covaria
 
 ViewMatcher::ViewMatcher(const Parameters& parameters, const Pinhole& camera, const Backend& backend)
     : far_(far_reaching(parameters.tracking, kFarLevels)),
-      near_(without_limits(patient(parameters.tracking))),
+      near_(without_limits(parameters.tracking)),
       level_camera_(camera.level(parameters.tracking.finest_level)),
       backend_(&backend) {
   for (std::size_t i = 0; i < kKept; ++i)
