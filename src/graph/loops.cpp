@@ -110,7 +110,7 @@ double covariance_scale(const std::vector<PathView>& views, const std::vector<st
     const SE3 tracked = views[edge->first].world_from_camera.inverse() * views[edge->second].world_from_camera;
     differences.push_back(normalised_difference(edge->motion.first_from_second, tracked, edge->motion.covariance));
   }
-  constexpr double kMin = 0.01, kMax = 4;
+  constexpr double kMin = 0.1, kMax = 4;
   return std::clamp(median(std::move(differences)) / kMedianChi2, kMin, kMax);
 }
 

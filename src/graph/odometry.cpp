@@ -23,11 +23,15 @@ struct ProductJacobians {
   }
 };
 
-// A place that was recognised after an interruption is right to this, and what could not be registered anew too.
+// What could not be registered anew is right to this.
 constexpr double kGuessRotation = radians(1.5), kGuessTranslation = 0.05;  // metres
+// Where a place was recognised after an interruption the path goes on in the map as it was there, whatever it drifted
+// by since.
+constexpr double kCutRotation = radians(5), kCutTranslation = 0.5;  // metres
 
 Matrix6d step_covariance(const SE3& tracked, const std::optional<ViewEdge>& edge, bool is_cut, double scale) {
-  if (is_cut || !edge) return isotropic(kGuessRotation, kGuessTranslation);
+  if (is_cut) return isotropic(kCutRotation, kCutTranslation);
+  if (!edge) return isotropic(kGuessRotation, kGuessTranslation);
   const Vector6d d = pose_difference(edge->motion.first_from_second, tracked);
   return scale * edge->motion.covariance + d * d.transpose() + isotropic(1e-4, 1e-4);
 }
