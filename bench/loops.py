@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """What the correction of a path's drift changes, and whether any loop that it accepts is false.
 
-    bench/loops.py [-o DIR] SEQUENCE ... [-- RUN OPTIONS...]
+    bench/loops.py [-o DIR] [--on] SEQUENCE ... [-- RUN OPTIONS...]
 
 SEQUENCE is a folder with a ground truth, or SEQUENCE@OPTIONS with options of its own for `plumbline run`, in one word
-with commas ("floor@--set,volume.side=20"). Each is run without, with, and with the automatic correction. A loop is false
+with commas ("floor@--set,volume.side=20"). Each is run without and with the automatic correction, and with
+--on where loops were accepted and nothing was corrected, to see what that would have been. A loop is false
 if its motion is more than 5 cm or 2.5° from the true one; of a motion capture whose clock is off, the loops are compared at
 the offset that `plumbline eval ate --find-offset` finds. `same` says that an automatic run that corrected nothing has the
 trajectory of the run without to the byte.
@@ -107,16 +108,20 @@ def run(sequence, options, mode, output):
     return folder, json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
-def row(sequence, options, output):
+def ate(summary):
+    return f"{summary['ate']['rmse_m']:.4f}" if summary["ate"] and "rmse_m" in summary["ate"] else "–"
+
+
+def row(sequence, options, with_on, output):
     off_folder, off = run(sequence, options, "off", output)
-    folders = {mode: run(sequence, options, mode, output) for mode in ("on", "auto")}
-    on, auto = folders["on"][1], folders["auto"][1]
+    folder, auto = run(sequence, options, "auto", output)
     loops = auto["loops"]
-    same = (off_folder / "trajectory.txt").read_bytes() == (folders["auto"][0] / "trajectory.txt").read_bytes()
-    ate = lambda s: f"{s['ate']['rmse_m']:.4f}" if s["ate"] and "rmse_m" in s["ate"] else "–"
-    false = false_loops(*folders["auto"])
-    return [pathlib.Path(sequence).name + (" " + " ".join(options) if options else ""), str(off["tracked"]), str(off["lost"]), ate(off),
-            ate(on), ate(auto), str(loops["tried"]), str(len(loops["accepted"])), "–" if false is None else str(false),
+    is_open = loops["accepted"] and not loops["applied"]
+    on = run(sequence, options, "on", output)[1] if with_on and is_open else (auto if loops["applied"] else off)
+    same = (off_folder / "trajectory.txt").read_bytes() == (folder / "trajectory.txt").read_bytes()
+    false = false_loops(folder, auto)
+    return [" ".join([pathlib.Path(sequence).name, *options]), str(off["tracked"]), str(off["lost"]), ate(off),
+            ate(auto), ate(on) if with_on or not is_open else "–", str(loops["tried"]), str(len(loops["accepted"])), "–" if false is None else str(false),
             f"{loops['disagreement_before']:.2f}",
             "corrected" if loops["applied"] else ("same; " if same else "NOT THE SAME; ") + loops["note"],
             f"{1000 * loops['wall_s'] / max(1, off['frames']):.1f}"]
@@ -127,13 +132,14 @@ def main():
     common = words[words.index("--") + 1:] if "--" in words else []
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path("loops"))
+    parser.add_argument("--on", action="store_true")
     parser.add_argument("sequences", nargs="+")
     arguments = parser.parse_args(words[:words.index("--")] if "--" in words else words)
-    print("| sequence | tracked | lost | ATE off | on | auto | tried | accepted | false | D | | ms a frame |\n"
+    print("| sequence | tracked | lost | ATE off | auto | on | tried | accepted | false | D | | ms a frame |\n"
           "|---|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
     for word in arguments.sequences:
         sequence, _, own = word.partition("@")
-        print("| " + " | ".join(row(sequence, common + [w for w in own.split(",") if w], arguments.output)) + " |",
+        print("| " + " | ".join(row(sequence, common + [w for w in own.split(",") if w], arguments.on, arguments.output)) + " |",
               flush=True)
     return 0
 

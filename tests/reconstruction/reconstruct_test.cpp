@@ -77,6 +77,43 @@ TEST_F(Reconstruct, IsWhatAPipelineMakesOfTheFrames) {
   EXPECT_LT(eval::absolute_trajectory_error(truth_->world_from_camera, run.trajectory).translation.rmse, 0.02);
 }
 
+/// To and fro before a desk: half of it is seen a second time.
+TEST(ReconstructWithLoops, CorrectsThePathAndKeepsWhatWasTracked) {
+  const TempFolder folder;
+  SimulateOptions simulated;
+  simulated.path = "orbit";
+  simulated.rate = 6;
+  simulated.camera = {262.5f, 262.5f, 159.5f, 119.5f, 320, 240};
+  simulated.color = false;
+  simulate(folder / "recording", simulated);
+  const auto sequence = open_sequence(folder / "recording");
+  ReconstructOptions options;
+  options.parameters.volume.resolution = 256;
+  options.parameters.volume.side = 5;
+  options.sensor = SensorReadings();
+  options.mesh = false;
+  const auto run_with = [&](GlobalCorrection correction) {
+    options.global = correction;
+    return reconstruct(*sequence, options);
+  };
+  const Reconstruction off = run_with(GlobalCorrection::off), on = run_with(GlobalCorrection::on);
+  EXPECT_FALSE(off.loops);
+  EXPECT_TRUE(off.live_trajectory.empty());
+  ASSERT_TRUE(on.loops);
+  ASSERT_TRUE(on.loops->is_applied) << on.loops->note;
+  ASSERT_EQ(on.live_trajectory.size(), off.trajectory.size());
+  for (std::size_t i = 0; i < off.trajectory.size(); ++i) {
+    EXPECT_EQ(on.live_trajectory[i].world_from_camera.translation(), off.trajectory[i].world_from_camera.translation());
+    EXPECT_EQ(on.frames[i].world_from_camera.translation(), on.trajectory[i].world_from_camera.translation());
+  }
+  EXPECT_GT(on.loops->max_translation, 0);
+  write_reconstruction(folder / "out", on);
+  EXPECT_EQ(read_trajectory(folder / "out/trajectory_live.txt").size(), off.trajectory.size());
+  // Published methods know no places.
+  options.parameters.tracking.relocalise_after = 0;
+  EXPECT_FALSE(run_with(GlobalCorrection::automatic).loops);
+}
+
 TEST_F(Reconstruct, TakesTheRecordingsSensorAndSaysSo) {
   std::vector<std::string> lines;
   ReconstructOptions options = small();
