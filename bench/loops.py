@@ -6,8 +6,8 @@
 SEQUENCE is a folder with a ground truth, or SEQUENCE@OPTIONS with options of its own for `plumbline run`, in one word
 with commas ("floor@--set,volume.side=20"). Each is run without and with the automatic correction, and with
 --on where loops were accepted and nothing was corrected, to see what that would have been. A loop is false
-if its motion is more than 5 cm or 2.5° from the true one; of a motion capture whose clock is off, the loops are compared at
-the offset that `plumbline eval ate --find-offset` finds. `same` says that an automatic run that corrected nothing has the
+if its motion is more than 5 cm or 2.5° from the true one; of a motion capture whose clock is off by up to 60 ms the poses
+are taken where it turned as the tracked camera did. `same` says that an automatic run that corrected nothing has the
 trajectory of the run without to the byte.
 What is there already is not run again.
 """
@@ -18,6 +18,7 @@ import json
 import math
 import pathlib
 import re
+import statistics
 import sys
 
 import runs
@@ -74,13 +75,18 @@ def frame_times(folder):
     return {int(r[index]): float(r[time]) for r in (line.split(",") for line in lines[1:])}
 
 
-def offset_of(truth, folder):
-    try:
-        text = runs.call("eval", "ate", str(truth), str(folder / "trajectory.txt"), "--find-offset")
-    except runs.Failure:
-        return 0
-    found = re.search(r"stamps were at (-?[\d.]+) s", text)
-    return float(found[1]) if found else 0
+def best_offset(truth_poses, tracked):
+    """Seconds by which the truth's clock is ahead: where it turns over half a second as the tracked camera did."""
+    every = max(1, len(tracked) // 200)
+    pairs = [(a, b) for a, b in zip(tracked[::every], tracked[10::every]) if b[0] - a[0] < 2]
+
+    def difference(offset):
+        truth = Truth(truth_poses, offset)
+        found = [(truth.at(a[0]), truth.at(b[0]), a, b) for a, b in pairs]
+        turns = [apart(relative(a[1:], b[1:]), relative(ta, tb))[1] for ta, tb, a, b in found if ta and tb]
+        return statistics.median(turns) if turns else math.inf
+
+    return min((step / 200 for step in range(-12, 13)), key=lambda offset: (difference(offset), abs(offset)))
 
 
 def false_loops(folder, summary):
@@ -91,7 +97,8 @@ def false_loops(folder, summary):
         poses = read_poses(path)
     except (ValueError, IndexError):
         return None  # another format
-    truth, times, false = Truth(poses, offset_of(path, folder)), frame_times(folder), 0
+    offset = best_offset(poses, read_poses(folder / "trajectory.txt"))
+    truth, times, false = Truth(poses, offset), frame_times(folder), 0
     for loop in summary["loops"]["accepted"]:
         a, b = (truth.at(times[i]) for i in loop["frames"])
         motion = loop["first_from_second"]
@@ -137,11 +144,16 @@ def main():
     arguments = parser.parse_args(words[:words.index("--")] if "--" in words else words)
     print("| sequence | tracked | lost | ATE off | auto | on | tried | accepted | false | D | | ms a frame |\n"
           "|---|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
+    failed = False
     for word in arguments.sequences:
         sequence, _, own = word.partition("@")
-        print("| " + " | ".join(row(sequence, common + [w for w in own.split(",") if w], arguments.on, arguments.output)) + " |",
-              flush=True)
-    return 0
+        options = common + [w for w in own.split(",") if w]
+        try:
+            cells = row(sequence, options, arguments.on, arguments.output)
+        except runs.Failure as failure:
+            cells, failed = [sequence, "failed: " + " ".join(str(failure).split())], True
+        print("| " + " | ".join(cells) + " |", flush=True)
+    return int(failed)
 
 
 if __name__ == "__main__":
