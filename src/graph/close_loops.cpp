@@ -17,7 +17,7 @@ constexpr std::size_t kLinked = 2;                      // next views that each 
 constexpr std::size_t kMaxViews = 2000;                 // more of them lie farther apart
 constexpr double kRobustOdometry = 3, kRobustLoop = 4;  // standard deviations
 constexpr std::size_t kMinLoops = 3;                    // that confirm one another
-constexpr double kDrift = 1.4;                            // χ² a direction; what registration alone disagrees by is 1
+constexpr double kDrift = 1.4;                          // χ² a direction; what registration alone disagrees by is 1
 constexpr double kPays = 0.5;                           // of it that may be left in loops that were held back
 constexpr double kMaxCounted = 25;                      // χ² a direction of one loop
 

@@ -121,7 +121,7 @@ SE3 room_pose(int room) {
 void visit(int room, std::vector<Vector2d>* way) {
   const SE3 pose = room_pose(room);
   for (const Vector2d& p : {Vector2d(0, -3.9), Vector2d(0, -2.2), Vector2d(1.9, -1.6), Vector2d(1.9, 1.6),
-                           Vector2d(-1.9, 1.6), Vector2d(-1.9, -1.6), Vector2d(0, -2.2), Vector2d(0, -3.9)})
+                            Vector2d(-1.9, 1.6), Vector2d(-1.9, -1.6), Vector2d(0, -2.2), Vector2d(0, -3.9)})
     way->push_back((pose * Vector3d(p.x(), p.y(), 0)).head<2>());
 }
 
