@@ -3,7 +3,7 @@
 
     bench/loops.py [-o DIR] [--on] SEQUENCE ... [-- RUN OPTIONS...]
 
-SEQUENCE is a folder with a ground truth, or SEQUENCE@OPTIONS with options of its own for `plumbline run`, in one word
+SEQUENCE is a folder with a ground truth, or SEQUENCE@OPTIONS with more options for `plumbline run`, in one word
 with commas ("floor@--set,volume.side=20"). Each is run without and with the automatic correction, and with
 --on where loops were accepted and nothing was corrected, to see what that would have been. A loop is false
 if its motion is more than 5 cm or 2.5° from the true one; of a motion capture whose clock is off by up to 60 ms the poses

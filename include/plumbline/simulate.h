@@ -14,8 +14,8 @@
 namespace plumbline {
 
 struct SimulateOptions {
-  std::string scene = "desk";  ///< desk, room, kitchen, teddy, corridor, or a PLY or OBJ file (metres, z up)
-  std::string path = "orbit";  ///< orbit, sweep, handheld, turntable, dance, or a trajectory in TUM's format
+  std::string scene = "desk";  ///< one of `scene_names()`, or a PLY or OBJ file (metres, z up)
+  std::string path = "orbit";  ///< one of `path_names()`, or a trajectory in TUM's format
   int frames = 0;              ///< at most; 0: the whole path
   double rate = 30;            ///< frames a second
   double speed = 1;            ///< how much faster than it is the path is played
