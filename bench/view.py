@@ -3,8 +3,8 @@
 
 Runs alternate: without --view; served, but nobody watches; with a reader that takes all and says at once that it has
 drawn it, so that no browser competes for the processor. Compared are the medians of a frame's stages (frames.csv) and
-the wall time of the loop a frame, which has the hand-over in it. Then headless Chromium, drawing by software at low
-priority, watches the sequence played in real time: milliseconds from frame to page, updates a second (web/test/measure_live.mjs).
+the wall time of the loop a frame, which has the hand-over in it. Then headless Chromium, drawing by software on the
+same processors, watches the sequence played in real time: milliseconds from frame to page, updates a second (web/test/measure_live.mjs).
 """
 
 import base64
@@ -99,8 +99,8 @@ def main():
             best = [min(values) for values in zip(*results[kind])]
             print(f"{kind:8} stages {best[0]:6.2f} ms ({best[0] / base[0]:.3f})   loop {best[1]:6.2f} ms ({best[1] / base[1]:.3f})   best of {repeats}")
         run = start(folder, "--view", "--realtime")
-        seconds = 15
-        page = subprocess.run(["nice", "-n", "19", "node", web / "test" / "measure_live.mjs", url_of(run), str(seconds)], capture_output=True, text=True)
+        seconds = 12
+        page = subprocess.run(["node", web / "test" / "measure_live.mjs", url_of(run), str(seconds)], capture_output=True, text=True)
         run.terminate()
         run.communicate()
         rows = list(csv.DictReader((folder / "frames.csv").open()))

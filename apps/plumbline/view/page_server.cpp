@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <sys/random.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -35,10 +34,9 @@ using ErrorCode = beast::error_code;
 using HttpRequest = http::request<http::empty_body>;
 
 constexpr int kMaxPages = 8, kMaxVisits = 32;
-constexpr std::uint64_t kWindow = 2;  ///< updates that a page may have before it, so that none grow old on the way
+constexpr std::uint64_t kWindow = 1;  ///< updates that a page may have before it: none grows old on the way
 constexpr std::size_t kMaxHeader = 8192;
 constexpr std::chrono::seconds kVisitLimit{10}, kIdleLimit{20};
-constexpr int kServerPriority = 10;  ///< the tracker comes first
 
 std::string random_token() {
   std::array<unsigned char, 16> bytes{};
@@ -351,7 +349,6 @@ PageServer::PageServer(const ViewOptions& options, Board* board, RequestSink sin
   board->set_listener([state = state_.get()] { state->tell_pages(); });
   state_->accept();
   state_->thread = std::thread([state = state_.get()] {
-    setpriority(PRIO_PROCESS, 0, kServerPriority);  // of this thread
     while (!state->context.stopped()) {
       try {
         state->context.run();

@@ -126,7 +126,7 @@ class Controls {
       entries.forEach(([, , , key], i) => (actions[key.toLowerCase()] = () => list[i].click()));
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!action || (event.key === 'Enter' && !event.shiftKey)) return;
-    if (event.key === ' ') event.preventDefault(); // a focused button would be pressed too
+    event.preventDefault(); // a focused button would be pressed too: the old one, or a question's
     action();
   }
 }

@@ -16,6 +16,32 @@ export function seenColors(seen) {
   return colors;
 }
 
+// The report's lights, worked out at the vertices: they lie close, and where the processor draws, pixels are dear.
+const VERTEX = `
+#include <clipping_planes_pars_vertex>
+uniform vec3 sky, clay;
+varying vec3 shade;
+void main() {
+  vec4 mvPosition = modelViewMatrix * vec4(position, 1.0);
+  gl_Position = projectionMatrix * mvPosition;
+  vec3 n = normalize(normalMatrix * normal);
+  n = faceforward(n, mvPosition.xyz, n);
+  float lamp = max(0.0, dot(n, vec3(0.298, 0.596, 0.745)));
+  shade = clay;
+  #if defined(USE_COLOR) || defined(USE_COLOR_ALPHA)
+    shade = color.rgb;
+  #endif
+  shade *= 0.668 * mix(0.69, 1.0, 0.5 + 0.5 * dot(n, sky)) + 0.509 * lamp;
+  #include <clipping_planes_vertex>
+}`;
+const FRAGMENT = `
+#include <clipping_planes_pars_fragment>
+varying vec3 shade;
+void main() {
+  #include <clipping_planes_fragment>
+  gl_FragColor = vec4(shade, 1.0);
+}`;
+
 export class Surface {
   constructor() {
     this.group = new THREE.Group();
@@ -23,9 +49,14 @@ export class Surface {
     this.triangles = 0;
     this.shading = 'colour';
     this.planes = [];
-    this.painted = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
-    this.clay = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide });
-    this.clay.userData.color = 'clay';
+    this.sky = { value: new THREE.Vector3(0, 1, 0) };
+    this.clayColor = { value: new THREE.Color() };
+    this.painted = this.material(true);
+    this.clay = this.material(false);
+  }
+
+  material(vertexColors) {
+    return new THREE.ShaderMaterial({ vertexColors, side: THREE.DoubleSide, clipping: true, vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: { sky: this.sky, clay: this.clayColor } });
   }
 
   clear() {

@@ -6,7 +6,8 @@ import { color } from '../theme.js';
 import { Surface } from './surface.js';
 
 const CAMERA_SIZE = 0.16; // metres
-const SLOW = 55; // milliseconds a picture: then fewer pixels are drawn
+const SLOW = 45; // milliseconds a picture: then fewer pixels are drawn
+const MIN_RESOLUTION = 0.4;
 const GLIDE = 0.14; // of the way to where the follower should stand, a picture
 
 /** Whether pictures are drawn by the processor. */
@@ -102,8 +103,8 @@ export class LiveViewer extends Stage {
   }
 
   paint() {
+    this.surface.clayColor.value.set(color('clay'));
     super.paint();
-    this.surface.clay.color.set(color('clay'));
   }
 
   /** "follow" stands behind the camera, "scene" sees all, "through" sees what it sees, "free" is where one turned it. */
@@ -150,6 +151,8 @@ export class LiveViewer extends Stage {
     }
     if (this.isLost && this.marker) this.marker.scale.setScalar(1 + 0.25 * Math.sin(performance.now() / 160));
     else this.marker?.scale.setScalar(1);
+    this.camera.updateMatrixWorld();
+    this.surface.sky.value.copy(this.up).transformDirection(this.camera.matrixWorldInverse);
     super.draw();
     this.pace();
     for (const action of this.onDraw.splice(0)) action();
@@ -162,10 +165,11 @@ export class LiveViewer extends Stage {
     const now = performance.now();
     const took = now - (this.drawnAt ?? now);
     this.drawnAt = now;
-    if (took === 0 || took > 400) return; // nothing was to be drawn in between
+    if (took === 0 || took > 1000) return; // nothing was to be drawn in between
     this.took = (this.took ?? 30) + 0.1 * (took - (this.took ?? 30));
-    const wanted = this.took > SLOW ? 0.6 : this.took < 0.4 * SLOW ? 1 : this.resolution;
-    if (wanted === this.resolution || now - (this.pacedAt ?? 0) < 3000) return;
+    const step = this.took > SLOW ? 0.75 : this.took < 0.5 * SLOW ? 1.25 : 1;
+    const wanted = Math.min(1, Math.max(MIN_RESOLUTION, step * this.resolution));
+    if (wanted === this.resolution || now - (this.pacedAt ?? 0) < 1500) return;
     this.pacedAt = now;
     this.setResolution(wanted);
   }

@@ -2,6 +2,7 @@
 import { byId, element, figure } from '../dom.js';
 
 const HOLD = 900; // milliseconds that a hint stays at least: words that flicker are not read
+const MINOR = new Set(['time a frame', 'matched']); // left out where there is little room
 const URGENT = new Set(['back', 'confirm', 'slower', 'little', 'closer', 'farther']);
 const ICONS = {
   back: 'M9 5 4 10l5 5M4 10h10a5 5 0 0 1 0 10h-3',
@@ -79,7 +80,7 @@ export class Words {
     }
     if (dropped > 0) rows.push(['dropped', String(dropped)]);
     if (sensor || (orientation && !['off', 'missing', 'first'].includes(orientation))) rows.push(['sensor', sensor || orientation]);
-    byId('figures').replaceChildren(...rows.map(([label, value]) => element('div', {}, element('dt', {}, label), element('dd', {}, value))));
+    byId('figures').replaceChildren(...rows.map(([label, value]) => element('div', { class: MINOR.has(label) ? 'minor' : false }, element('dt', {}, label), element('dd', {}, value))));
   }
 
   progress({ frames = 0, phase }) {
