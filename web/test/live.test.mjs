@@ -91,7 +91,7 @@ after(async () => {
 
 test('a recording: it grows, stands still, goes back, is cropped and finished', { timeout: 280_000 }, async (t) => {
   const out = join(folder, 'out');
-  const run = start('run', join(folder, 'desk'), '-o', out, '--view', '--realtime', '--speed', '0.3', ...SMALL.slice(0, -1));
+  const run = start('run', join(folder, 'desk'), '-o', out, '--view', '--realtime', '--speed', '0.1', ...SMALL.slice(0, -1));
   const { page, complaints, close } = await open(run);
 
   await t.test('the surface grows', async () => {
@@ -187,7 +187,7 @@ test('a recording: it grows, stands still, goes back, is cropped and finished', 
 });
 
 test('a loss is guided, and found again', { timeout: 280_000 }, async () => {
-  const run = start('run', join(folder, 'covered'), '-o', join(folder, 'out-covered'), '--view', '--realtime', '--speed', '0.25', '--detail', 'off', '--no-color');
+  const run = start('run', join(folder, 'covered'), '-o', join(folder, 'out-covered'), '--view', '--realtime', '--speed', '0.12', '--detail', 'off', '--no-color');
   const { page, complaints, close } = await open(run);
   await until(page, () => window.plumbline.state.frame?.status === 'lost');
   await until(page, () => document.getElementById('hint').dataset.kind === 'back');

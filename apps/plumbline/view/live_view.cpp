@@ -24,7 +24,7 @@ constexpr double kPictureInterval = 55;            ///< milliseconds
 constexpr std::chrono::milliseconds kSettle{120};  ///< a block waits so long for its other bricks
 constexpr std::chrono::milliseconds kLingerPoll{20};
 constexpr std::size_t kMaxRequests = 16;
-constexpr int kLowestPriority = 19;  ///< of the worker, which takes the time that the tracker leaves
+constexpr int kLowPriority = 10;  ///< of the worker, which takes the time that the tracker leaves
 constexpr int kQuality = 80;       ///< of JPEG
 constexpr std::uintmax_t kDiskNearlyFull = 1'000'000'000, kMegabyte = 1'000'000;
 
@@ -244,7 +244,7 @@ void LiveView::fail(const std::string& message) {
 }
 
 void LiveView::work() {
-  setpriority(PRIO_PROCESS, 0, kLowestPriority);  // of this thread alone
+  setpriority(PRIO_PROCESS, 0, kLowPriority);  // of this thread alone
   try {
     while (!stopping_) work_once();
   } catch (const std::exception& error) {  // the page ends, not the run
