@@ -195,7 +195,7 @@ test('a loss is guided, and found again', { timeout: 280_000 }, async () => {
   await page.locator('#good img').waitFor();
   const ghost = await page.evaluate(() => ({ isLost: window.plumbline.viewer.isLost, at: window.plumbline.viewer.marker.position.toArray(), path: window.plumbline.viewer.path.slice(-3) }));
   assert.equal(ghost.isLost, true);
-  assert.ok(Math.hypot(...ghost.at.map((x, k) => x - ghost.path[k])) < 0.2, 'the ghost stands where the camera was tracked last');
+  assert.ok(Math.hypot(...ghost.at.map((x, k) => x - ghost.path[k])) < 0.2, 'the ghost stands where the camera was still tracked');
   await until(page, () => window.plumbline.state.frame.status === 'tracked');
   await until(page, () => document.getElementById('good').hidden && document.getElementById('hint').dataset.kind !== 'back');
   run.kill('SIGINT');

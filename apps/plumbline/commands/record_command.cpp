@@ -118,7 +118,7 @@ class Session {
     view_->set_phase(ViewPhase::running);
   }
 
-  /// Nothing else can be asked for of a recording.
+  /// A page can ask nothing else of a recording.
   bool is_finished_by_page() {
     bool finished = false;
     while (const std::optional<Request> request = view_ ? view_->take_request() : std::nullopt)

@@ -26,7 +26,7 @@ Hint lost_hint(const FrameReport& report) {
   const std::string reason(to_string(report.tracking.reason));
   if (report.tracking.reason == LostReason::no_depth)
     return {"back", "Turn back here", "The camera measures nothing: it is covered, too near or too far."};
-  return {"back", "Turn back here", "Lost. Show the camera what it saw last, as in the image."};
+  return {"back", "Turn back here", "Lost. Show the camera what it saw before, as in the image."};
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ constexpr std::chrono::milliseconds kSettle{120};  ///< a block waits so long fo
 constexpr std::chrono::milliseconds kLingerPoll{20};
 constexpr std::size_t kMaxRequests = 16;
 constexpr int kLowPriority = 10;  ///< of the worker, which takes the time that the tracker leaves
-constexpr int kQuality = 80;       ///< of JPEG
+constexpr int kQuality = 80;      ///< of JPEG
 constexpr std::uintmax_t kDiskNearlyFull = 1'000'000'000, kMegabyte = 1'000'000;
 
 double now_milliseconds() {

@@ -15,9 +15,9 @@
 #include "report/base64.h"
 #include "report/report.h"
 #include "report/report_frames.h"
-#include "view/packed_mesh.h"
 #include "support/program.h"
 #include "support/small_sequence.h"
+#include "view/packed_mesh.h"
 
 namespace plumbline::test {
 namespace {

@@ -29,7 +29,7 @@ TEST(PageServer, SaysThatItCannotListen) {
   EXPECT_THROW(PageServer({0, "not an address"}, &second_board, [](const Request&) {}), Error);
 }
 
-TEST(PageServer, GivesEachRunATokenOfItsOwn) {
+TEST(PageServer, GivesEachRunAnotherToken) {
   Board first_board, second_board;
   const PageServer first({}, &first_board, [](const Request&) {}), second({}, &second_board, [](const Request&) {});
   const auto token = [](const std::string& url) { return url.substr(url.find("token=") + 6); };

@@ -80,9 +80,9 @@ export class CropBox {
   }
 
   move(axis, side, value) {
-    const least = 0.05;
-    if (side < 0) this.low[axis] = Math.min(value, this.high[axis] - least);
-    else this.high[axis] = Math.max(value, this.low[axis] + least);
+    const min = 0.05;
+    if (side < 0) this.low[axis] = Math.min(value, this.high[axis] - min);
+    else this.high[axis] = Math.max(value, this.low[axis] + min);
     const i = FACES.findIndex(([, a, s]) => a === axis && s === side);
     this.sliders[i].value = String(side < 0 ? this.low[axis] : this.high[axis]);
     this.draw();
