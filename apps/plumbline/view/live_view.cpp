@@ -113,6 +113,7 @@ void LiveView::follow(Pipeline* pipeline, bool and_keep) {
   frames_ = tracked_ = ups_ = 0;
   up_.setZero();
   board_.clear_map(++epoch_);
+  board_.set_state({{"frame", nullptr}, {"frames", 0}, {"tracked", 0}, {"hints", Json::array()}});
 }
 
 void LiveView::before(const Frame& /*frame*/, FrameDiagnostics* /*diagnostics*/) { stamp_ = now_milliseconds(); }

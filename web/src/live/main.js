@@ -52,6 +52,7 @@ class Page {
     this.state = state;
     const { frame } = state;
     const isNew = frame && frame.index !== this.shown;
+    if (!frame) this.pictures.setLost((this.isLost = false));
     if (frame) {
       this.isLost = frame.status === 'lost' || frame.status === 'provisional';
       this.viewer.setPose(frame.pose, this.isLost, isNew);
