@@ -6,8 +6,8 @@ instruction set, with and without a sensor.
                          [--seeds 3] [--offset 0] [-o DIR] [--jobs N] SEQUENCE [-- RUN OPTIONS...]
 
 SEQUENCE is a TUM folder with groundtruth.txt. Sensors are made from it: `ideal` and `bno055` are orientations, the
-latter with the chip's error under several seeds; `gyroscope` is the truth's rate of turn between readings 40 ms apart,
-with 0.005 rad/s of noise and a bias of 0.01 rad/s, stamped `--offset` seconds late. One run has one thread. ATE over all
+latter with the chip's error under several seeds; `gyroscope` is the truth's rate of turn over 40 ms with 0.005 rad/s of
+noise and a bias of 0.01 rad/s, and its specific force over 100 ms with 0.05 m/s², stamped `--offset` seconds late. One run has one thread. ATE over all
 frames, a lost one with the previous accepted pose. What is there already is not run again.
 """
 
@@ -16,9 +16,12 @@ import math
 import pathlib
 import random
 import statistics
+import sys
 
 import runs
-from kidnap import conjugate, product, unit
+from kidnap import conjugate, product, rotate, unit
+
+GRAVITY = 9.81  # m/s²
 
 
 def rows_of(file):
@@ -51,14 +54,17 @@ def turn_between(a, b):
 def write_gyroscope(truth, offset, file):
     poses = [[float(word) for word in row.split()] for row in rows_of(truth)]
     noise = random.Random(1)
-    lines = ["timestamp,gyro_x,gyro_y,gyro_z"]
-    for before, here, after in zip(poses, poses[2:], poses[4:]):
-        seconds = after[0] - before[0]
-        if not 0 < seconds < 0.2:
+    lines = ["timestamp,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z"]
+    for i in range(5, len(poses) - 5):
+        before, here, after = poses[i - 2], poses[i], poses[i + 2]
+        seconds, half = after[0] - before[0], (poses[i + 5][0] - poses[i - 5][0]) / 2
+        if not (0 < seconds < 0.2 and half < 0.2):
             continue
         turn = turn_between(unit(before[4:8]), unit(after[4:8]))
         rate = [turn[axis] / seconds + 0.01 + noise.gauss(0, 0.005) for axis in range(3)]
-        lines.append(f"{here[0] + offset:.6f}," + ",".join(f"{value:.6f}" for value in rate))
+        force = [(poses[i - 5][k] - 2 * here[k] + poses[i + 5][k]) / half**2 + (GRAVITY if k == 3 else 0) for k in (1, 2, 3)]
+        felt = [value + noise.gauss(0, 0.05) for value in rotate(conjugate(unit(here[4:8])), force)]
+        lines.append(f"{here[0] + offset:.6f}," + ",".join(f"{value:.6f}" for value in rate + felt))
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return file
 
@@ -105,6 +111,8 @@ def main():
         for backend in arguments.sets.split(","):
             found = runs.known(runs.each(measured, list(runs_of(sensor, backend, arguments)), arguments.jobs))
             errors = [error for error, _ in found if error is not None]
+            if not errors:
+                sys.exit(f"fast_motion: no run with {sensor} on {backend} came to its end")
             print(f"| {sensor} | {backend} | {len(errors)} | {min(errors):.4f} | {statistics.median(errors):.4f} "
                   f"| {max(errors):.4f} | {max(lost for _, lost in found)} |", flush=True)
 

@@ -96,11 +96,11 @@ TEST_F(AMirror, HasTheSurfaceOfTheMap) {
 }
 
 TEST_F(AMirror, TakesPartsAndTellsWhatTheyReach) {
-  const std::vector<std::int32_t> bricks = volume_.bricks_with_surface();
+  const std::vector<BrickKey> bricks = volume_.bricks_with_surface();
   BrickMirror whole(10'000), parts(10'000);
   whole.update(volume_.copy_bricks(bricks));
   std::vector<MapBlock> reached;
-  for (const std::int32_t brick : bricks)
+  for (const BrickKey brick : bricks)
     for (const MapBlock& block : parts.update(volume_.copy_bricks({brick}))) reached.push_back(block);
   std::sort(reached.begin(), reached.end());
   reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
@@ -114,7 +114,7 @@ TEST_F(AMirror, TakesPartsAndTellsWhatTheyReach) {
 }
 
 TEST_F(AMirror, IsBounded) {
-  const std::vector<std::int32_t> bricks = volume_.bricks_with_surface();
+  const std::vector<BrickKey> bricks = volume_.bricks_with_surface();
   BrickMirror mirror(bricks.size() / 2);
   mirror.update(volume_.copy_bricks(bricks));
   EXPECT_TRUE(mirror.is_full());
