@@ -25,6 +25,7 @@ kernels::RegistrationState Backend::iterate(const kernels::Registration& registr
 }
 
 void Backend::wait() const {}
+std::size_t Backend::free_memory() const { return 0; }
 
 double Backend::milliseconds(const std::function<void()>& work) const {
   const auto begin = std::chrono::steady_clock::now();

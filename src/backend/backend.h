@@ -131,7 +131,7 @@ class Backend : public DeviceMemory {
   /// The stages of the final fusion; null where the backend has none.
   virtual const FineFusionStages* fine_fusion() const { return nullptr; }
   /// Bytes that its own memory still has; 0 if that is the host's.
-  virtual std::size_t free_memory() const { return 0; }
+  virtual std::size_t free_memory() const;
 
   // For measurements.
   /// Until all that was asked for is done.
