@@ -234,10 +234,9 @@ bool FineMap::make_brick(const VoxelPosition& position) {
 Mesh FineMap::extract_mesh(int min_readings) const {
   const DeviceArray<std::int32_t> list(*backend_, bricks() + kLanePadding);
   const int entries = backend_->compact(view_.states, view_.bricks, list.data());
-  std::vector<std::int32_t> entry_of_each(bricks(), -1);
   const std::vector<std::int32_t> listed = list.download(*backend_, static_cast<std::size_t>(entries));
-  for (int i = 0; i < entries; ++i) entry_of_each[static_cast<std::size_t>(listed[static_cast<std::size_t>(i)])] = i;
-  const DeviceArray<std::int32_t> position(*backend_, entry_of_each), table(*backend_, host_table_.size());
+  const DeviceArray<std::int32_t> position(*backend_, entry_of_each(listed, bricks())),
+      table(*backend_, host_table_.size());
   backend_->upload(table.data(), index_.table, sizeof(std::int32_t) * host_table_.size());
   kernels::SparseBricks map = view_;
   map.table = table.data();

@@ -6,6 +6,16 @@
 #include "map/volume.h"
 
 namespace plumbline {
+namespace {
+
+/// Slots of the bricks that hold or held a surface, ascending.
+std::vector<std::int32_t> occupied_slots(const Backend& backend, const kernels::BrickMap& map) {
+  const DeviceArray<std::int32_t> list(backend, static_cast<std::size_t>(map.slots()));
+  const int entries = backend.compact(map.states(), map.slots(), list.data());
+  return list.download(backend, static_cast<std::size_t>(entries));
+}
+
+}  // namespace
 
 kernels::VoxelPosition Volume::position_of(std::int32_t slot) const {
   const kernels::VoxelPosition in_window = kernels::brick_of(view_.origin_of(slot));
@@ -22,11 +32,7 @@ BrickWords Volume::words_of(std::int32_t slot) const {
 }
 
 void Volume::visit_bricks(const BrickVisitor& visit) const {
-  const Backend& backend = *backend_;
-  const DeviceArray<std::int32_t> list(backend, static_cast<std::size_t>(view_.slots()));
-  const int entries = backend.compact(view_.states(), view_.slots(), list.data());
-  for (const std::int32_t brick : list.download(backend, static_cast<std::size_t>(entries)))
-    visit(position_of(brick), words_of(brick));
+  for (const std::int32_t slot : occupied_slots(*backend_, view_)) visit(position_of(slot), words_of(slot));
   for (const kernels::VoxelPosition& position : packed_.positions()) visit(position, packed_.unpack(position));
 }
 
@@ -38,9 +44,7 @@ std::vector<BrickKey> Volume::keys_of(const std::vector<std::int32_t>& slots) co
 }
 
 std::vector<BrickKey> Volume::bricks_with_surface() const {
-  const DeviceArray<std::int32_t> list(*backend_, static_cast<std::size_t>(view_.slots()));
-  const int entries = backend_->compact(view_.states(), view_.slots(), list.data());
-  std::vector<BrickKey> keys = keys_of(list.download(*backend_, static_cast<std::size_t>(entries)));
+  std::vector<BrickKey> keys = keys_of(occupied_slots(*backend_, view_));
   for (const kernels::VoxelPosition& position : packed_.positions()) keys.push_back(key_of(position));
   return keys;
 }

@@ -9,17 +9,6 @@
 #include "plumbline/se3.h"
 
 namespace plumbline {
-namespace {
-
-/// For each of `slots` bricks its entry in a list, −1 for those that are not listed.
-std::vector<std::int32_t> entry_of_each(const std::vector<std::int32_t>& list, int slots) {
-  std::vector<std::int32_t> entries(static_cast<std::size_t>(slots), -1);
-  for (std::size_t i = 0; i < list.size(); ++i)
-    entries[static_cast<std::size_t>(list[i])] = static_cast<std::int32_t>(i);
-  return entries;
-}
-
-}  // namespace
 
 Mesh Volume::extract_mesh(const MeshParameters& parameters) const {
   // Never more than a voxel can have: that of a short run, or of a low cap.
@@ -33,7 +22,8 @@ Mesh Volume::mesh_of_window(int min_weight) const {
   DeviceArray<std::int32_t> list(backend, static_cast<std::size_t>(slots));
   const int entries = backend.compact(view_.states(), slots, list.data());
   const auto count = static_cast<std::size_t>(entries);
-  const DeviceArray<std::int32_t> position(backend, entry_of_each(list.download(backend, count), slots));
+  const DeviceArray<std::int32_t> position(
+      backend, entry_of_each(list.download(backend, count), static_cast<std::size_t>(slots)));
   Mesh mesh = mesh_of_bricks(backend, backend, view_, {list.data(), position.data(), entries}, min_weight);
   transform_mesh(world_from_window_, &mesh);
   return mesh;

@@ -23,6 +23,13 @@ void drop_unused_vertices(Mesh* mesh) {
   for (Mesh::Triangle& t : mesh->triangles) t = {renumbered[t.a], renumbered[t.b], renumbered[t.c]};
 }
 
+std::vector<std::int32_t> entry_of_each(const std::vector<std::int32_t>& list, std::size_t count) {
+  std::vector<std::int32_t> entries(count, -1);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    entries[static_cast<std::size_t>(list[i])] = static_cast<std::int32_t>(i);
+  return entries;
+}
+
 void transform_mesh(const SE3& world_from_mesh, Mesh* mesh) {
   const RigidTransform k = to_kernel(world_from_mesh);
   for (Mesh::Float3& p : mesh->positions) {

@@ -1,6 +1,9 @@
 // From bricks to a mesh on the host: what the volume and the fine map share.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "backend/backend.h"
 #include "core/device_array.h"
 #include "kernels/marching_cubes.h"
@@ -14,6 +17,9 @@ void drop_unused_vertices(Mesh* mesh);
 
 /// From the map's frame, or from a part's of it, into the world's.
 void transform_mesh(const SE3& world_from_mesh, Mesh* mesh);
+
+/// For each of `count` bricks its entry in a list, −1 for those that are not listed.
+std::vector<std::int32_t> entry_of_each(const std::vector<std::int32_t>& list, std::size_t count);
 
 /// In the backend's memory.
 struct ListedBricks {

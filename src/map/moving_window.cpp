@@ -66,9 +66,8 @@ void Volume::pack_leaving(const VoxelPosition& by) {
         copies.colors.download(*backend_, view_.has_color() ? count * kernels::kBrickVoxels : 0);
     const std::vector<std::int32_t> states = copies.states.download(*backend_, count);
     for (std::size_t i = 0; i < count; ++i) {
-      const VoxelPosition in_window = kernels::brick_of(view_.origin_of(slots[first + i]));
       const std::size_t word = i * kernels::kBrickVoxels;
-      packed_.keep(sum(first_brick_, in_window), states[i], voxels.data() + word,
+      packed_.keep(position_of(slots[first + i]), states[i], voxels.data() + word,
                    view_.has_color() ? colors.data() + word : nullptr);
     }
   }
