@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "cli/arguments.h"
 #include "io/atomic_file.h"
 #include "io/text_file.h"
 #include "plumbline/error.h"
@@ -136,15 +137,6 @@ void check_folders(const std::vector<Run>& runs) {
   for (const Run& run : runs)
     if (!folders.insert(run.folder).second)
       throw Error("two runs would write into one folder", run.folder, "Give each value once.");
-}
-
-std::string command_text(const std::vector<std::string>& words) {
-  std::string line;
-  for (const std::string& word : words) {
-    const bool plain = !word.empty() && word.find_first_of(" \t\"'\\$`*?[](){};&|<>#~") == std::string::npos;
-    line += (line.empty() ? "" : " ") + (plain ? word : "'" + word + "'");
-  }
-  return line;
 }
 
 }  // namespace plumbline::app

@@ -51,7 +51,4 @@ RunList parse_run_list(const std::string& json, const std::string& where);
 /// Throws Error if two runs have one folder.
 void check_folders(const std::vector<Run>& runs);
 
-/// The words as a shell would have them.
-std::string command_text(const std::vector<std::string>& words);
-
 }  // namespace plumbline::app

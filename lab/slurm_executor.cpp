@@ -6,6 +6,7 @@
 #include <sstream>
 #include <thread>
 
+#include "cli/arguments.h"
 #include "io/atomic_file.h"
 #include "io/text_file.h"
 #include "lab/child_process.h"

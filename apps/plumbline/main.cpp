@@ -9,7 +9,6 @@
 #include "cli/arguments.h"
 #include "cli/commands.h"
 #include "cli/console.h"
-#include "lab/run_list.h"
 #include "plumbline/error.h"
 
 namespace plumbline::app {
@@ -32,6 +31,32 @@ int run_command(const Command& command) {
   return kExitError;
 }
 
+// Those of lab/, in the order of `plumbline --help`.
+#ifdef PLUMBLINE_LAB
+void add_lab_commands(CLI::App& app, Command& chosen, const std::string& command_line) {
+  add_angles_command(app, chosen, command_line);
+  add_plot_command(app, chosen);
+  add_batch_command(app, chosen);
+  add_reproduce_command(app, chosen);
+  add_task_command(app, chosen);
+  add_bench_command(app, chosen);
+}
+#else
+/// Commands that only say how to get them; not listed.
+void add_lab_commands(CLI::App& app, Command& chosen, const std::string&) {
+  for (const char* name : {"angles", "plot", "batch", "reproduce", "bench"}) {
+    CLI::App* command = app.add_subcommand(name, "")->group("")->allow_extras();
+    command->set_help_flag();
+    command->callback([&chosen, name] {
+      chosen = [name]() -> int {
+        throw UsageError("this program was built without the command, as ./dev demo builds it", name,
+                         "Build the whole program: ./dev build.");
+      };
+    });
+  }
+}
+#endif
+
 int run(int argc, char** argv) {
   CLI::App app("Dense 3D reconstruction from depth images.", "plumbline");
   app.set_version_flag("--version", std::string("plumbline ") + PLUMBLINE_VERSION);
@@ -41,11 +66,9 @@ int run(int argc, char** argv) {
   add_run_command(app, chosen, line);
   add_info_command(app, chosen);
   add_convert_command(app, chosen);
-  add_angles_command(app, chosen, line);
   add_calibrate_command(app, chosen, line);
   add_eval_command(app, chosen);
   add_render_command(app, chosen);
-  add_plot_command(app, chosen);
   add_view_command(app, chosen);
   add_demo_command(app, chosen, line);
   add_simulate_command(app, chosen);
@@ -54,10 +77,7 @@ int run(int argc, char** argv) {
   add_orientation_command(app, chosen);
   add_characterise_command(app, chosen);
   add_backends_command(app, chosen);
-  add_batch_command(app, chosen);
-  add_reproduce_command(app, chosen);
-  add_task_command(app, chosen);
-  add_bench_command(app, chosen);
+  add_lab_commands(app, chosen, line);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

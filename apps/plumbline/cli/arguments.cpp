@@ -6,6 +6,13 @@
 namespace plumbline::app {
 namespace {
 
+/// In single quotes; one within them ends the text and begins it again.
+std::string quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
 constexpr int kMaxImageSide = 16384;
 
 std::vector<std::string_view> split(std::string_view text) {
@@ -58,6 +65,15 @@ std::pair<int, int> parse_size(std::string_view text, const std::string& option)
       height > kMaxImageSide)
     throw UsageError("'" + std::string(text) + "' is not a size", option, "Write WIDTHxHEIGHT, for example 640x480.");
   return {width, height};
+}
+
+std::string command_text(const std::vector<std::string>& words) {
+  std::string line;
+  for (const std::string& word : words) {
+    const bool plain = !word.empty() && word.find_first_of(" \t\"'\\$`*?[](){};&|<>#~") == std::string::npos;
+    line += (line.empty() ? "" : " ") + (plain ? word : quoted(word));
+  }
+  return line;
 }
 
 }  // namespace plumbline::app

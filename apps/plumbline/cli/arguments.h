@@ -28,6 +28,9 @@ SE3 parse_pose(std::string_view text, const std::string& option);
 /// "640x480".
 std::pair<int, int> parse_size(std::string_view text, const std::string& option);
 
+/// The words of a command as a line that a shell takes.
+std::string command_text(const std::vector<std::string>& words);
+
 /// Runs `action`, whose Errors are then mistakes on the command line.
 template <class Action>
 auto as_usage(Action&& action) {
