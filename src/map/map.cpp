@@ -1,5 +1,6 @@
 #include "plumbline/map.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "kernels/voxel.h"
@@ -31,9 +32,12 @@ BrickWords Volume::words_of(std::int32_t slot) const {
   return words;
 }
 
+/// A place that was mapped twice counts as it was mapped last.
 void Volume::visit_bricks(const BrickVisitor& visit) const {
-  for (const std::int32_t slot : occupied_slots(*backend_, view_)) visit(position_of(slot), words_of(slot));
-  for (const kernels::VoxelPosition& position : packed_.positions()) visit(position, packed_.unpack(position));
+  for (const BrickKey key : bricks_with_surface()) {
+    const kernels::VoxelPosition position = position_of_key(key);
+    visit(position, words_at(position));
+  }
 }
 
 std::vector<BrickKey> Volume::keys_of(const std::vector<std::int32_t>& slots) const {
@@ -45,7 +49,12 @@ std::vector<BrickKey> Volume::keys_of(const std::vector<std::int32_t>& slots) co
 
 std::vector<BrickKey> Volume::bricks_with_surface() const {
   std::vector<BrickKey> keys = keys_of(occupied_slots(*backend_, view_));
-  for (const kernels::VoxelPosition& position : packed_.positions()) keys.push_back(key_of(position));
+  std::vector<BrickKey> in_window = keys;
+  std::sort(in_window.begin(), in_window.end());
+  for (const kernels::VoxelPosition& position : packed_.positions()) {
+    const BrickKey key = key_of(position);
+    if (!std::binary_search(in_window.begin(), in_window.end(), key)) keys.push_back(key);
+  }
   return keys;
 }
 
@@ -55,10 +64,10 @@ std::vector<BrickKey> Volume::updated_bricks() const {
 
 /// A brick that is nowhere, as the volume was placed anew, has nothing but zeros.
 BrickWords Volume::words_at(const kernels::VoxelPosition& position) const {
-  if (packed_.contains(position)) return packed_.unpack(position);
   const kernels::VoxelPosition in_window = {position.x - first_brick_.x, position.y - first_brick_.y,
                                             position.z - first_brick_.z};
-  return view_.has_brick(in_window) ? words_of(view_.slot_of(in_window)) : BrickWords();
+  const BrickWords words = view_.has_brick(in_window) ? words_of(view_.slot_of(in_window)) : BrickWords();
+  return words.state == 0 && packed_.contains(position) ? packed_.unpack_latest(position) : words;
 }
 
 MapUpdate Volume::copy_bricks(const std::vector<BrickKey>& bricks) const {

@@ -2,7 +2,8 @@
 
 #include <zstd.h>
 
-#include <cstring>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <new>
 
@@ -57,22 +58,46 @@ PackedBricks::~PackedBricks() = default;
 PackedBricks::PackedBricks(PackedBricks&&) noexcept = default;
 PackedBricks& PackedBricks::operator=(PackedBricks&&) noexcept = default;
 
-void PackedBricks::keep(const kernels::VoxelPosition& position, std::int32_t state, const std::int32_t* voxels,
-                        const std::int32_t* colors) {
+void PackedBricks::keep(const kernels::VoxelPosition& position, double travelled, std::int32_t state,
+                        const std::int32_t* voxels, const std::int32_t* colors) {
   Codec& codec = *codec_;
   split(voxels, codec.planes.data());
   if (with_color_) split(colors, codec.planes.data() + kBytes);
   const std::size_t size = ZSTD_compressCCtx(codec.compressor, codec.packed.data(), codec.packed.size(),
                                              codec.planes.data(), with_color_ ? 2 * kBytes : kBytes, kLevel);
   if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // the buffer is large enough: nothing else is missing
-  remove(position);
+  if (contains(position) && nearest(position, travelled) == travelled) remove(position, travelled);
+  std::vector<Packed>& here = bricks_[order_of(position)];
+  const auto later = std::upper_bound(here.begin(), here.end(), travelled,
+                                      [](double value, const Packed& packed) { return value < packed.travelled; });
   const auto end = codec.packed.begin() + static_cast<std::ptrdiff_t>(size);
-  bricks_.emplace(order_of(position), Packed{state, std::vector<std::byte>(codec.packed.begin(), end)});
+  here.insert(later, Packed{travelled, state, std::vector<std::byte>(codec.packed.begin(), end)});
   bytes_ += size;
+  ++size_;
 }
 
-BrickWords PackedBricks::unpack(const kernels::VoxelPosition& position) const {
-  const Packed& packed = bricks_.at(order_of(position));
+double PackedBricks::nearest(const kernels::VoxelPosition& position, double travelled) const {
+  const std::vector<Packed>& here = bricks_.at(order_of(position));
+  const auto nearer = [&](const Packed& a, const Packed& b) {
+    return std::abs(a.travelled - travelled) < std::abs(b.travelled - travelled);
+  };
+  return std::min_element(here.begin(), here.end(), nearer)->travelled;
+}
+
+const PackedBricks::Packed& PackedBricks::at(const kernels::VoxelPosition& position, double travelled) const {
+  const std::vector<Packed>& here = bricks_.at(order_of(position));
+  return *std::find_if(here.begin(), here.end(), [&](const Packed& packed) { return packed.travelled == travelled; });
+}
+
+BrickWords PackedBricks::unpack(const kernels::VoxelPosition& position, double travelled) const {
+  return unpack(at(position, travelled));
+}
+
+BrickWords PackedBricks::unpack_latest(const kernels::VoxelPosition& position) const {
+  return unpack(bricks_.at(order_of(position)).back());
+}
+
+BrickWords PackedBricks::unpack(const Packed& packed) const {
   Codec& codec = *codec_;
   ZSTD_decompressDCtx(codec.decompressor, codec.planes.data(), codec.planes.size(), packed.bytes.data(),
                       packed.bytes.size());
@@ -83,11 +108,13 @@ BrickWords PackedBricks::unpack(const kernels::VoxelPosition& position) const {
   return brick;
 }
 
-void PackedBricks::remove(const kernels::VoxelPosition& position) {
+void PackedBricks::remove(const kernels::VoxelPosition& position, double travelled) {
   const auto found = bricks_.find(order_of(position));
-  if (found == bricks_.end()) return;
-  bytes_ -= found->second.bytes.size();
-  bricks_.erase(found);
+  std::vector<Packed>& here = found->second;
+  bytes_ -= at(position, travelled).bytes.size();
+  --size_;
+  std::erase_if(here, [&](const Packed& packed) { return packed.travelled == travelled; });
+  if (here.empty()) bricks_.erase(found);
 }
 
 std::vector<kernels::VoxelPosition> PackedBricks::positions() const {

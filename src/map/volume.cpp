@@ -91,6 +91,8 @@ void Volume::place(const VolumePlacementResult& placement) {
   view_.move({-first_brick_.x, -first_brick_.y, -first_brick_.z});
   first_brick_ = {0, 0, 0};
   packed_ = PackedBricks(view_.has_color());
+  borrowed_.clear();
+  travelled_ = 0;
   view_.voxel_size = static_cast<float>(placement.side / view_.resolution());
   if (frames_ > 0) {  // fresh memory is zero and must not be touched: untouched pages cost nothing
     voxels_.clear(*backend_);

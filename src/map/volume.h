@@ -2,10 +2,12 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "backend/maps.h"
 #include "core/device_array.h"
+#include "core/viewpoint.h"
 #include "kernels/brick_map.h"
 #include "map/depth_ranges.h"
 #include "map/packed_bricks.h"
@@ -52,9 +54,13 @@ class Volume {
   /// Sets pose and size; what was fused before is forgotten.
   void place(const VolumePlacementResult& placement);
 
-  /// With the placement `follow`: moves the window where the camera leaves its middle. Bricks that leave it are packed,
-  /// those that are known there are unpacked. Otherwise does nothing.
-  void follow(const SE3& world_from_camera);
+  /// With the placement `follow`: moves the window where the camera leaves its middle. Bricks that leave it are packed;
+  /// those that are known there are unpacked, if they are consistent with where the camera comes from: after a long way
+  /// the place is mapped anew. Returns what the window has travelled then. Otherwise does nothing.
+  double follow(const Viewpoint& from);
+  /// The same for a look from where no frame is fused: what is known there, of several bricks that which was made
+  /// nearest to the viewpoint's `travelled`. The next `follow` takes back what is not consistent with it.
+  void visit(const Viewpoint& from);
 
   /// Fuses a depth image (metres) and, if not null, its colours, seen from `world_from_camera`.
   void integrate(const Plane<float>& depth, const Plane<std::int32_t>* color, const Pinhole& camera,
@@ -86,9 +92,21 @@ class Volume {
   const kernels::BrickMap& view() const { return view_; }
 
  private:
+  /// Counted in bricks.
+  kernels::VoxelPosition wanted_move(const SE3& world_from_camera) const;
   void move_window(const kernels::VoxelPosition& by);
   void pack_leaving(const kernels::VoxelPosition& by);
-  void unpack_entering();
+  void pack(const DeviceArray<std::int32_t>& list, const std::vector<std::int32_t>& slots);
+  void take_back_borrowed(double travelled);
+  /// A packed brick by its name.
+  struct PackedBrick {
+    kernels::VoxelPosition position;
+    double travelled;
+  };
+  /// Those that the window holds now, but did not hold with this lowest brick.
+  std::vector<PackedBrick> entering(const kernels::VoxelPosition& previous_first, double travelled) const;
+  void unpack(const std::vector<PackedBrick>& bricks);
+  bool is_in_window(const kernels::VoxelPosition& position, const kernels::VoxelPosition& first_brick) const;
   /// Of every brick that holds or held a surface, its position counted in bricks from the volume's lowest one.
   using BrickVisitor = std::function<void(const kernels::VoxelPosition&, const BrickWords&)>;
   void visit_bricks(const BrickVisitor& visit) const;
@@ -106,7 +124,9 @@ class Volume {
   DepthRanges ranges_;
   SE3 world_from_volume_, world_from_window_;
   kernels::VoxelPosition first_brick_ = {0, 0, 0};  ///< the window's lowest, counted in bricks from the volume's
-  PackedBricks packed_;                             ///< outside the window
+  PackedBricks packed_;                             ///< outside the window, or made long before what is in it
+  std::map<BrickKey, double> borrowed_;             ///< `travelled` of bricks that a visit brought into the window
+  double travelled_ = 0;                            ///< by the window, by the latest `follow`
   kernels::BrickMap view_;
   DeviceArray<std::int32_t> voxels_, colors_, states_, marked_, list_, listed_;
   mutable DeviceArray<float> spans_;  ///< of the previous prediction's rays; scratch

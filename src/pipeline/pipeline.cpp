@@ -55,11 +55,15 @@ struct Pipeline::State {
         tracker(p, initial_pose, b, sensor),
         volume(p.volume, k, b, with_color),
         model{make_pyramid(k, static_cast<int>(p.tracking.iterations.size()), b, p.tracking.finest_level), SE3()},
-        recovery(p, k, b, sensor, [this](const SE3& pose, DepthPyramid* levels) { render(pose, levels); }) {}
+        recovery(p, k, b, sensor, [this](const Viewpoint& from, DepthPyramid* levels) {
+          volume.visit(from);
+          render(from.world_from_camera, levels);
+        }) {}
 
   TrackedFrame locate(const Frame& frame, std::vector<IcpIteration>* trace);
   void accept(const Frame& frame, const TrackedFrame& tracked);
   void fuse(const SE3& world_from_camera);
+  void follow(const SE3& world_from_camera);
   void render(const SE3& world_from_camera, DepthPyramid* levels);
   void predict(const SE3& world_from_camera);
   void take_back(FrameReport* report);
@@ -137,17 +141,22 @@ void Pipeline::State::accept(const Frame& frame, const TrackedFrame& tracked) {
 }
 
 void Pipeline::State::fuse(const SE3& world_from_camera) {
-  volume.follow(world_from_camera);
+  follow(world_from_camera);
   volume.integrate(live.raw_depth(), live.color(), camera, world_from_camera);
   if (changes) changes->note(volume.updated_bricks());
 }
 
+/// The map's window is where the tracker's camera is.
+void Pipeline::State::follow(const SE3& world_from_camera) {
+  tracker.set_travelled(volume.follow({world_from_camera, tracker.state().travelled}));
+}
+
 void Pipeline::State::render(const SE3& world_from_camera, DepthPyramid* levels) {
-  volume.follow(world_from_camera);
   volume.predict(world_from_camera, raycast_range(parameters.preprocess.max_depth), levels);
 }
 
 void Pipeline::State::predict(const SE3& world_from_camera) {
+  follow(world_from_camera);
   render(world_from_camera, &model.levels);
   model.world_from_camera = world_from_camera;
 }

@@ -44,7 +44,8 @@ TrackedFrame Recovery::recognise(const TrackerInput& input, const Tracker& track
   found.result = search.place->evidence.result;
   found.result.status = TrackingStatus::provisional;
   found.result.reason = LostReason::none;
-  found.world_from_seed = search.place->world_from_seed;
+  found.world_from_seed = search.place->seed.world_from_camera;
+  found.travelled = search.place->seed.travelled;
   found.is_recovered = true;
   trial_ = Trial{tracker.state(), found.result.world_from_camera};
   attempts_ = 0;
@@ -59,12 +60,12 @@ PlaceView Recovery::view_of(const LiveFrame& live, const Frame& frame, const Tra
 
 /// Where the tracker would go on is tried too: the tests decide, and a short gap costs nothing where they are passed.
 PlaceQuery Recovery::query_of(const TrackerInput& input, const Tracker& tracker) const {
-  PlaceQuery query{view_of(input.live, input.frame, tracker.state()), {tracker.world_from_camera()}, {}};
+  PlaceQuery query{view_of(input.live, input.frame, tracker.state()), {tracker.viewpoint()}, {}};
   if (query.view.earth_from_camera && tracker.state().guide.use(input.frame.earth_from_camera) == OrientationUse::used)
     tracker.state().guide.add_term(*query.view.earth_from_camera, &query.terms);
   if (to_seconds(input.frame.time - tracker.state().time) < kExpectedFor) {
     const TrackedFrame tracked = tracker.track(input);
-    if (tracked.is_acceptable()) query.expected.front() = tracked.result.world_from_camera;
+    if (tracked.is_acceptable()) query.expected.front().world_from_camera = tracked.result.world_from_camera;
   }
   return query;
 }
@@ -102,7 +103,7 @@ bool Recovery::revoke(Tracker* tracker) {
 }
 
 void Recovery::remember(const LiveFrame& live, const Frame& frame, const Tracker& tracker) {
-  if (max_gap_ > 0) relocaliser_.remember(view_of(live, frame, tracker.state()), tracker.world_from_camera());
+  if (max_gap_ > 0) relocaliser_.remember(view_of(live, frame, tracker.state()), tracker.viewpoint());
 }
 
 }  // namespace plumbline

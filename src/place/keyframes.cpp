@@ -15,12 +15,13 @@ double pose_distance(const SE3& a, const SE3& b) {
          (a.translation() - b.translation()).norm() / kMetresPerRadian;
 }
 
-bool Keyframes::offer(const PlaceView& view, const SE3& world_from_camera) {
+bool Keyframes::offer(const PlaceView& view, const Viewpoint& from) {
   const bool is_near = std::any_of(keyframes_.begin(), keyframes_.end(), [&](const Keyframe& keyframe) {
-    return pose_distance(keyframe.world_from_camera, world_from_camera) < kStep;
+    return are_consistent(keyframe.from.travelled, from.travelled) &&
+           pose_distance(keyframe.from.world_from_camera, from.world_from_camera) < kStep;
   });
   if (is_near) return false;
-  Keyframe keyframe{world_from_camera, view.earth_from_camera, encode(view.live), {}};
+  Keyframe keyframe{from, view.earth_from_camera, encode(view.live), {}};
   for (std::size_t level = view.live.size() - static_cast<std::size_t>(levels_); level < view.live.size(); ++level)
     keyframe.depth.push_back(download(*backend_, view.live[level].depth));
   keyframes_.push_back(std::move(keyframe));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "backend/maps.h"
+#include "core/viewpoint.h"
 #include "place/ferns.h"
 #include "plumbline/image.h"
 #include "plumbline/se3.h"
@@ -17,7 +18,7 @@ namespace plumbline {
 double pose_distance(const SE3& a, const SE3& b);
 
 struct Keyframe {
-  SE3 world_from_camera;
+  Viewpoint from;
   std::optional<Eigen::Matrix3d> earth_from_camera;  ///< a sensor's reading that was trusted, if there was one
   FernCode code;
   std::vector<Image<float>> depth;  ///< metres, level by level, finest first
@@ -29,15 +30,15 @@ struct PlaceView {
   std::optional<Eigen::Matrix3d> earth_from_camera;  ///< a reading that is trusted, if there is one
 };
 
-/// All keyframes of one map. No two are nearer than a step, so that their number follows from what was seen, not from
-/// how long it was looked at.
+/// All keyframes of one map. No two of consistent parts of it are nearer than a step, so that their number follows from
+/// what was seen, not from how long it was looked at.
 class Keyframes {
  public:
   /// A keyframe keeps the coarsest `levels` levels of a pyramid.
   Keyframes(int levels, const Backend& backend) : levels_(levels), backend_(&backend) {}
 
   /// Keeps the view if none is near its pose; whether it did.
-  bool offer(const PlaceView& view, const SE3& world_from_camera);
+  bool offer(const PlaceView& view, const Viewpoint& from);
 
   FernCode encode(const DepthPyramid& live) const;
   /// The `count` keyframes that look most like it, the likest first; those that `is_possible` denies left out.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -18,6 +19,7 @@ constexpr double kDistinct = 0.1;              // radians, as pose_distance has 
 constexpr double kMargin = 0.15;               // that the second-best place's agreement must be smaller by
 constexpr double kMaxAttitudeDifference = 65;  // degrees, between a keyframe's and the frame's
 constexpr int kKeyframeLevels = 2;
+constexpr double kMaxDrift = 0.03;  // of the way between two maps of one place, as pose_distance has it
 
 /// Of the levels that iterate, the coarsest that a keyframe keeps.
 int keyframe_levels(const TrackingParameters& tracking) {
@@ -44,6 +46,13 @@ ModelConsistency mean_over_views(ModelConsistency sums, std::vector<double> see_
   return sums;
 }
 
+/// A place that was mapped twice, a long way between, is no other place.
+bool is_other_place(const FoundPlace& a, const FoundPlace& b) {
+  const double way = std::abs(a.seed.travelled - b.seed.travelled),
+               apart = pose_distance(a.evidence.result.world_from_camera, b.evidence.result.world_from_camera);
+  return apart >= kDistinct && (are_consistent(a.seed.travelled, b.seed.travelled) || apart > kMaxDrift * way);
+}
+
 }  // namespace
 
 double PlaceEvidence::agreement() const { return plumbline::agreement(result); }
@@ -66,8 +75,8 @@ Relocaliser::Relocaliser(const Parameters& parameters, const Pinhole& camera, co
       model_levels_(make_pyramid(camera, static_cast<int>(parameters.tracking.iterations.size()), backend,
                                  parameters.tracking.finest_level)) {}
 
-PlaceEvidence Relocaliser::look(const DepthPyramid& live, const TrackingResult& result) const {
-  render_(result.world_from_camera, &model_levels_);
+PlaceEvidence Relocaliser::look(const DepthPyramid& live, const TrackingResult& result, double travelled) const {
+  render_({result.world_from_camera, travelled}, &model_levels_);
   const DepthLevel& model = model_levels_.front();
   const DepthLevel& frame = live[live.size() - model_levels_.size()];
   return {result, backend_->reduce(kernels::CompareDepth{read_only(frame.depth), read_only(model.depth)})};
@@ -75,34 +84,37 @@ PlaceEvidence Relocaliser::look(const DepthPyramid& live, const TrackingResult& 
 
 Relocaliser::Search Relocaliser::find(const PlaceQuery& query) const {
   Search search;
-  std::vector<Candidate> candidates = from_keyframes(query, &search.starts);
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.agreement > b.agreement; });
-  std::vector<SE3> starts = query.expected;
-  search.starts += static_cast<int>(starts.size());
-  for (const Candidate& candidate : candidates) {
-    if (starts.size() >= query.expected.size() + kRefined) break;
-    const bool is_new = std::none_of(starts.begin(), starts.end(), [&](const SE3& start) {
-      return pose_distance(start, candidate.world_from_camera) < kDistinct;
-    });
-    if (is_new) starts.push_back(candidate.world_from_camera);
-  }
-
   std::vector<FoundPlace> places;
-  for (const SE3& start : starts) places.push_back(refine(start, query));
+  for (const Viewpoint& start : distinct_starts(query, &search.starts)) places.push_back(refine(start, query));
   const auto better = [](const FoundPlace& a, const FoundPlace& b) {
     return a.evidence.agreement() < b.evidence.agreement();
   };
   const auto best = std::max_element(places.begin(), places.end(), better);
   if (best == places.end() || !best->evidence.meets(kRecognised)) return search;
-  for (const FoundPlace& other : places) {
-    const bool is_other =
-        pose_distance(other.evidence.result.world_from_camera, best->evidence.result.world_from_camera) >= kDistinct;
-    if (is_other && other.evidence.agreement() > best->evidence.agreement() - kMargin) return search;
-  }
+  for (const FoundPlace& other : places)
+    if (is_other_place(other, *best) && other.evidence.agreement() > best->evidence.agreement() - kMargin)
+      return search;
   search.place = *best;
   search.place->starts = search.starts;
   return search;
+}
+
+/// What is expected, and the best of what the keyframes say.
+std::vector<Viewpoint> Relocaliser::distinct_starts(const PlaceQuery& query, int* starts) const {
+  std::vector<Candidate> candidates = from_keyframes(query, starts);
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.agreement > b.agreement; });
+  std::vector<Viewpoint> distinct = query.expected;
+  *starts += static_cast<int>(distinct.size());
+  for (const Candidate& candidate : candidates) {
+    if (distinct.size() >= query.expected.size() + kRefined) break;
+    const bool is_new = std::none_of(distinct.begin(), distinct.end(), [&](const Viewpoint& start) {
+      return are_consistent(start.travelled, candidate.from.travelled) &&
+             pose_distance(start.world_from_camera, candidate.from.world_from_camera) < kDistinct;
+    });
+    if (is_new) distinct.push_back(candidate.from);
+  }
+  return distinct;
 }
 
 /// The frame registered coarsely to the keyframes that look like it.
@@ -115,13 +127,13 @@ std::vector<Relocaliser::Candidate> Relocaliser::from_keyframes(const PlaceQuery
     load(*keyframe);
     for (const SE3& start : starts_at(*keyframe, query)) {
       RegistrationInput input;
-      input.world_from_model = keyframe->world_from_camera;
+      input.world_from_model = keyframe->from.world_from_camera;
       input.world_from_camera_seed = start;
       input.terms = query.terms;
       const TrackingResult result = register_frame(*backend_, query.view.live, keyframe_levels_, input, coarse_);
       ++*starts;
       if (result.rank == 6 && result.world_from_camera.is_finite())
-        candidates.push_back({result.world_from_camera, agreement(result)});
+        candidates.push_back({{result.world_from_camera, keyframe->from.travelled}, agreement(result)});
     }
   }
   return candidates;
@@ -138,13 +150,14 @@ bool Relocaliser::is_possible(const Keyframe& keyframe, const PlaceQuery& query)
 
 /// The keyframe's pose, and the same place with the attitude that the sensor says.
 std::vector<SE3> Relocaliser::starts_at(const Keyframe& keyframe, const PlaceQuery& query) const {
-  std::vector<SE3> starts = {keyframe.world_from_camera};
+  const SE3& world_from_keyframe = keyframe.from.world_from_camera;
+  std::vector<SE3> starts = {world_from_keyframe};
   if (!keyframe.earth_from_camera || !query.view.earth_from_camera) return starts;
   const Eigen::Matrix3d &then = *keyframe.earth_from_camera, &now = *query.view.earth_from_camera;
   const Eigen::Matrix3d then_from_now =
       has_heading_ ? Eigen::Matrix3d(then.transpose() * now)
                    : Eigen::Quaterniond::FromTwoVectors(up_in_camera(now), up_in_camera(then)).toRotationMatrix();
-  starts.emplace_back(keyframe.world_from_camera.rotation() * then_from_now, keyframe.world_from_camera.translation());
+  starts.emplace_back(world_from_keyframe.rotation() * then_from_now, world_from_keyframe.translation());
   return starts;
 }
 
@@ -158,14 +171,15 @@ void Relocaliser::load(const Keyframe& keyframe) const {
 }
 
 /// Twice to the model as it is seen from where the frame seems to be.
-FoundPlace Relocaliser::refine(const SE3& start, const PlaceQuery& query) const {
+FoundPlace Relocaliser::refine(const Viewpoint& start, const PlaceQuery& query) const {
   FoundPlace place;
-  SE3 pose = start;
+  SE3 pose = start.world_from_camera;
   TrackingResult result;
   for (int round = 0; round < 2; ++round) {
-    render_(pose, &model_levels_);
+    place.seed = {pose, start.travelled};
+    render_(place.seed, &model_levels_);
     RegistrationInput input;
-    input.world_from_model = input.world_from_camera_seed = place.world_from_seed = pose;
+    input.world_from_model = input.world_from_camera_seed = pose;
     input.terms = query.terms;
     result = register_frame(*backend_, query.view.live, model_levels_, input, tracking_);
     if (result.rank < 6 || !result.world_from_camera.is_finite()) {
@@ -175,7 +189,7 @@ FoundPlace Relocaliser::refine(const SE3& start, const PlaceQuery& query) const 
     }
     pose = result.world_from_camera;
   }
-  place.evidence = look(query.view.live, result);
+  place.evidence = look(query.view.live, result, start.travelled);
   return place;
 }
 
@@ -187,7 +201,7 @@ ModelConsistency Relocaliser::check_consistency() const {
   for (std::size_t i = 0; i < count; ++i) {
     const Keyframe& keyframe = all[i * all.size() / count];
     load(keyframe);
-    render_(keyframe.world_from_camera, &model_levels_);
+    render_(keyframe.from, &model_levels_);
     const DepthLevel& model = model_levels_[model_levels_.size() - keyframe_levels_.size()];
     const DepthComparison depth = backend_->reduce(
         kernels::CompareDepth{read_only(keyframe_levels_.front().depth), read_only(model.depth), kBehind, kOn});

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "backend/maps.h"
+#include "core/viewpoint.h"
 #include "kernels/terms.h"
 #include "place/keyframes.h"
 #include "plumbline/consistency.h"
@@ -19,8 +20,8 @@
 
 namespace plumbline {
 
-/// Writes what a camera at a pose sees of the model into a pyramid's depth and normals.
-using RenderModel = std::function<void(const SE3& world_from_camera, DepthPyramid* levels)>;
+/// Writes what a camera sees of the model into a pyramid's depth and normals.
+using RenderModel = std::function<void(const Viewpoint& from, DepthPyramid* levels)>;
 
 /// What a frame must show to be where it is said to be.
 struct PlaceLimits {
@@ -41,14 +42,14 @@ struct PlaceEvidence {
 /// What there is to find a frame's place by.
 struct PlaceQuery {
   PlaceView view;
-  std::vector<SE3> expected;  ///< poses that are tried whatever the frame looks like
-  kernels::Terms terms;       ///< what is known of the pose besides
+  std::vector<Viewpoint> expected;  ///< that are tried whatever the frame looks like
+  kernels::Terms terms;             ///< what is known of the pose besides
 };
 
 struct FoundPlace {
   PlaceEvidence evidence;
-  SE3 world_from_seed;  ///< where its last registration started
-  int starts = 0;       ///< poses that were tried
+  Viewpoint seed;  ///< where its final registration started
+  int starts = 0;  ///< poses that were tried
 };
 
 class Relocaliser {
@@ -58,7 +59,7 @@ class Relocaliser {
               const OrientationSensor& sensor = {});
 
   /// A frame that was tracked and fused: a keyframe, if none is near.
-  void remember(const PlaceView& view, const SE3& world_from_camera) { keyframes_.offer(view, world_from_camera); }
+  void remember(const PlaceView& view, const Viewpoint& from) { keyframes_.offer(view, from); }
 
   /// The place that the frame shows: none unless it passes all tests and no other place explains the frame nearly as
   /// well. Without `place` what comes of it is how many starts were tried.
@@ -69,7 +70,8 @@ class Relocaliser {
   Search find(const PlaceQuery& query) const;
 
   /// A live pyramid beside the model rendered at the pose of its registration.
-  PlaceEvidence look(const DepthPyramid& live, const TrackingResult& result) const;
+  /// `travelled`: of the part of the map that it was registered to.
+  PlaceEvidence look(const DepthPyramid& live, const TrackingResult& result, double travelled) const;
 
   /// The keyframes beside the model rendered at their poses.
   ModelConsistency check_consistency() const;
@@ -78,14 +80,15 @@ class Relocaliser {
 
  private:
   struct Candidate {
-    SE3 world_from_camera;
+    Viewpoint from;
     double agreement;
   };
   std::vector<Candidate> from_keyframes(const PlaceQuery& query, int* starts) const;
   std::vector<SE3> starts_at(const Keyframe& keyframe, const PlaceQuery& query) const;
   bool is_possible(const Keyframe& keyframe, const PlaceQuery& query) const;
   void load(const Keyframe& keyframe) const;
-  FoundPlace refine(const SE3& start, const PlaceQuery& query) const;
+  std::vector<Viewpoint> distinct_starts(const PlaceQuery& query, int* starts) const;
+  FoundPlace refine(const Viewpoint& start, const PlaceQuery& query) const;
 
   TrackingParameters tracking_, coarse_;
   bool has_heading_;

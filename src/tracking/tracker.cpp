@@ -298,6 +298,7 @@ void Tracker::resume(const Frame& frame, const TrackedFrame& recovered) {
   first.result.status = TrackingStatus::initialised;
   accept(frame, first);
   state_.previous_agreement = agreement(recovered.result);
+  state_.travelled = recovered.travelled;
 }
 
 void Tracker::reject(const TrackedFrame& tracked) {

@@ -7,6 +7,7 @@
 
 #include "backend/backend.h"
 #include "backend/maps.h"
+#include "core/viewpoint.h"
 #include "plumbline/frame.h"
 #include "plumbline/parameters.h"
 #include "plumbline/se3.h"
@@ -51,6 +52,7 @@ struct TrackedFrame {
   std::optional<Eigen::Matrix3d> turn;     ///< since the previous frame, by the gyroscope
   bool is_after_interruption = false;      ///< nothing links it to the previous accepted frame
   bool is_recovered = false;               ///< its place was recognised among those that are known
+  double travelled = 0;                    ///< of a recognised place, see core/viewpoint.h
   std::optional<Eigen::Matrix3d> witness;  ///< world_from_camera by which the sensor is judged, if there is one
 
   bool is_first() const { return result.status == TrackingStatus::initialised; }
@@ -63,6 +65,7 @@ struct TrackerState {
   Nanoseconds time = 0;           ///< of that frame
   double previous_agreement = 1;  ///< of that frame
   bool is_initialised = false;    ///< whether a frame has been accepted
+  double travelled = 0;           ///< by the map's window, see core/viewpoint.h
   int probation = 0;              ///< frames that were also registered without the sensor
   MotionModel motion;
   SteadyTurn turn;
@@ -91,6 +94,8 @@ class Tracker {
 
   const SE3& world_from_camera() const { return state_.world_from_camera; }  ///< of the previous accepted frame
   const TrackerState& state() const { return state_; }
+  Viewpoint viewpoint() const { return {state_.world_from_camera, state_.travelled}; }
+  void set_travelled(double travelled) { state_.travelled = travelled; }
   /// Goes on from a state of a tracker with the same parameters.
   void set_state(const TrackerState& state) { state_ = state; }
 

@@ -57,7 +57,7 @@ class MovingWindow : public test::LaneTest {
     return volume;
   }
   void fuse(Volume* volume, int step) const {
-    volume->follow(pose(step));
+    volume->follow({pose(step)});
     const Image<float> depth = test::view_of(corridor(), camera_, pose(step)).depth;
     Image<std::int32_t> colors(camera_.width, camera_.height);
     std::fill(colors.pixels.begin(), colors.pixels.end(), 0x102030 + step);
@@ -137,13 +137,13 @@ TEST_P(MovingWindow, WhatItComesBackToIsTheSameToTheBit) {
   const std::size_t packed = volume.packed_bricks();
   ASSERT_LT(packed, before.bricks.size() / 2);
   const Mesh mesh = volume.extract_mesh({.min_weight = 1});
-  volume.follow(pose(60));  // nothing of the former window is left
+  volume.follow({pose(60)});  // nothing of the former window is left
   EXPECT_EQ(volume.packed_bricks(), before.bricks.size());
   EXPECT_EQ(
       backend().compact(volume.view().states(), volume.view().slots(),
                         DeviceArray<std::int32_t>(backend(), static_cast<std::size_t>(volume.view().slots())).data()),
       0);
-  volume.follow(pose(1));
+  volume.follow({pose(1)});
   ASSERT_EQ(volume.packed_bricks(), packed);
   const Map after = volume.extract_map();
   const auto first_before = index_of(before), first_after = index_of(after);
@@ -161,10 +161,46 @@ TEST_P(MovingWindow, WhatItComesBackToIsTheSameToTheBit) {
   ASSERT_FALSE(again.colors.empty());
 }
 
+// A path of 40 m has drifted by more than registration reaches: what was mapped before it must not be tracked against.
+TEST_P(MovingWindow, APlaceIsMappedAnewAfterALongWay) {
+  Volume volume = make(VolumePlacement::follow);
+  fuse(&volume, 0);
+  const Map first = volume.extract_map();
+  double travelled = volume.follow({pose(60)});
+  EXPECT_NEAR(travelled, 30, 2);
+  travelled = volume.follow({pose(0), travelled});
+  EXPECT_GT(travelled, kConsistentOver);
+  EXPECT_EQ(volume.packed_bricks(), first.bricks.size()) << "all stay out";
+  volume.integrate(test::to_plane(backend(), test::view_of(corridor(), camera_, pose(0)).depth), nullptr, camera_,
+                   pose(0));
+  volume.follow({pose(60), travelled});
+  EXPECT_GT(volume.packed_bricks(), first.bricks.size()) << "both are kept";
+  EXPECT_EQ(volume.extract_map().bricks.size(), first.bricks.size()) << "the place counts once";
+}
+
+TEST_P(MovingWindow, AVisitShowsWhatWasMappedThereAndLeavesNothingBehind) {
+  Volume volume = make(VolumePlacement::follow);
+  fuse(&volume, 0);
+  const std::size_t bricks = volume.extract_map().bricks.size();
+  const double travelled = volume.follow({pose(60)});
+  ASSERT_EQ(volume.packed_bricks(), bricks);
+  volume.visit({pose(0), 0});
+  EXPECT_EQ(volume.packed_bricks(), 0u) << "all is in the window";
+  volume.follow({pose(0), travelled});  // the camera came here by another way than back to that map
+  EXPECT_EQ(volume.packed_bricks(), bricks);
+  volume.visit({pose(60), travelled});
+  volume.visit({pose(0), 0});
+  volume.follow({pose(0), 0});  // the camera is where the visit was
+  EXPECT_EQ(volume.packed_bricks(), 0u);
+  volume.follow({pose(60), 0});
+  volume.follow({pose(0), 5});
+  EXPECT_EQ(volume.packed_bricks(), 0u) << "it is still the map of before";
+}
+
 TEST_P(MovingWindow, PredictsWhatTheCameraSees) {
   Volume volume = walk(VolumePlacement::follow);
   for (const int step : {kSteps - 1, 2}) {  // there, and back where it came from
-    volume.follow(pose(step));
+    volume.follow({pose(step)});
     DepthPyramid model = make_pyramid(camera_, 1, backend());
     volume.predict(pose(step), RaycastRange(), &model);
     const Image<float> predicted = download(backend(), model.front().depth);
@@ -197,7 +233,7 @@ TEST_P(MovingWindow, ItsMeshIsOneSurfaceWithoutSeams) {
 TEST_P(MovingWindow, OtherPlacementsStay) {
   Volume volume(parameters(VolumePlacement::front, kSide), camera_, backend(), false);
   volume.place({kWorldFromVolume, kSide});
-  volume.follow(pose(60));
+  volume.follow({pose(60)});
   EXPECT_EQ(volume.world_from_window().translation(), kWorldFromVolume.translation());
 }
 
@@ -207,7 +243,7 @@ TEST_P(MovingWindow, PlacingItAgainForgetsWhatWasPacked) {
   volume.place({kWorldFromVolume, kSide});
   EXPECT_EQ(volume.packed_bricks(), 0u);
   EXPECT_TRUE(volume.extract_map().bricks.empty());
-  volume.follow(pose(0));
+  volume.follow({pose(0)});
   fuse(&volume, 0);
   Volume fresh = make(VolumePlacement::follow);
   fuse(&fresh, 0);
@@ -234,30 +270,47 @@ TEST(PackedBricks, GivesBackWhatItWasGiven) {
   wall.state = kernels::kBrickFree;
   for (std::size_t i = 0; i < wall.voxels.size(); ++i)
     wall.voxels[i] = static_cast<std::int32_t>(5 << 16 | 100 * (i >> 6));
-  packed.keep({-3, 2, 1}, noise.state, noise.voxels.data(), noise.colors.data());
+  packed.keep({-3, 2, 1}, 0, noise.state, noise.voxels.data(), noise.colors.data());
   const std::size_t bytes_of_noise = packed.bytes();
-  packed.keep({7, 0, 0}, wall.state, wall.voxels.data(), wall.colors.data());
+  packed.keep({7, 0, 0}, 0, wall.state, wall.voxels.data(), wall.colors.data());
   EXPECT_LT(packed.bytes() - bytes_of_noise, sizeof(wall.voxels) / 5);
-  EXPECT_EQ(packed.unpack({-3, 2, 1}).voxels, noise.voxels);
-  EXPECT_EQ(packed.unpack({-3, 2, 1}).colors, noise.colors);
-  EXPECT_EQ(packed.unpack({7, 0, 0}).voxels, wall.voxels);
-  EXPECT_EQ(packed.unpack({7, 0, 0}).state, kernels::kBrickFree);
+  EXPECT_EQ(packed.unpack({-3, 2, 1}, 0).voxels, noise.voxels);
+  EXPECT_EQ(packed.unpack({-3, 2, 1}, 0).colors, noise.colors);
+  EXPECT_EQ(packed.unpack({7, 0, 0}, 0).voxels, wall.voxels);
+  EXPECT_EQ(packed.unpack({7, 0, 0}, 0).state, kernels::kBrickFree);
 }
 
-TEST(PackedBricks, KeepsOneBrickAPosition) {
+TEST(PackedBricks, KeepsOneBrickAPositionOfOneMap) {
   PackedBricks packed(false);
   const BrickWords first = some_brick(1), second = some_brick(2);
-  packed.keep({1, 1, 1}, first.state, first.voxels.data(), nullptr);
+  packed.keep({1, 1, 1}, 2.5, first.state, first.voxels.data(), nullptr);
   const std::size_t bytes = packed.bytes();
-  packed.keep({1, 1, 1}, second.state, second.voxels.data(), nullptr);
+  packed.keep({1, 1, 1}, 2.5, second.state, second.voxels.data(), nullptr);
   EXPECT_EQ(packed.size(), 1u);
   EXPECT_EQ(packed.bytes(), bytes);
-  EXPECT_EQ(packed.unpack({1, 1, 1}).voxels, second.voxels);
-  EXPECT_EQ(packed.unpack({1, 1, 1}).colors, BrickWords().colors);
-  packed.remove({1, 1, 1});
-  packed.remove({1, 1, 1});
+  EXPECT_EQ(packed.unpack({1, 1, 1}, 2.5).voxels, second.voxels);
+  EXPECT_EQ(packed.unpack({1, 1, 1}, 2.5).colors, BrickWords().colors);
+  packed.remove({1, 1, 1}, 2.5);
   EXPECT_TRUE(packed.empty());
   EXPECT_EQ(packed.bytes(), 0u);
+}
+
+TEST(PackedBricks, TellsMapsOfOnePlaceApart) {
+  PackedBricks packed(false);
+  const BrickWords first = some_brick(1), second = some_brick(2), third = some_brick(3);
+  packed.keep({1, 1, 1}, 40, third.state, third.voxels.data(), nullptr);
+  packed.keep({1, 1, 1}, 2, first.state, first.voxels.data(), nullptr);
+  packed.keep({1, 1, 1}, 20, second.state, second.voxels.data(), nullptr);
+  EXPECT_EQ(packed.size(), 3u);
+  EXPECT_EQ(packed.positions().size(), 1u);
+  EXPECT_EQ(packed.nearest({1, 1, 1}, 0), 2);
+  EXPECT_EQ(packed.nearest({1, 1, 1}, 12), 20);
+  EXPECT_EQ(packed.nearest({1, 1, 1}, 99), 40);
+  EXPECT_EQ(packed.unpack({1, 1, 1}, 20).voxels, second.voxels);
+  EXPECT_EQ(packed.unpack_latest({1, 1, 1}).voxels, third.voxels);
+  packed.remove({1, 1, 1}, 40);
+  EXPECT_EQ(packed.unpack_latest({1, 1, 1}).voxels, second.voxels);
+  EXPECT_EQ(packed.size(), 2u);
 }
 
 TEST(PackedBricks, FindsThoseInACube) {
@@ -265,7 +318,7 @@ TEST(PackedBricks, FindsThoseInACube) {
   const BrickWords brick = some_brick(3);
   for (const kernels::VoxelPosition& p :
        {kernels::VoxelPosition{-1, 0, 0}, {0, 0, 0}, {3, 3, 3}, {4, 0, 0}, {0, -1, 2}})
-    packed.keep(p, brick.state, brick.voxels.data(), nullptr);
+    packed.keep(p, 0, brick.state, brick.voxels.data(), nullptr);
   const auto inside = packed.positions_in({0, 0, 0}, 4);
   ASSERT_EQ(inside.size(), 2u);
   EXPECT_EQ(inside[0].x, 0);

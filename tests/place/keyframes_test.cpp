@@ -33,7 +33,7 @@ class KeyframesTest : public testing::Test {
 TEST_F(KeyframesTest, AreAStepApart) {
   EXPECT_NEAR(pose_distance(start_, moved(0.3, 0)), 0.2, 1e-12);
   EXPECT_NEAR(pose_distance(start_, moved(0.3, 0.1)), 0.3, 1e-9);
-  const auto offer = [&](const SE3& pose) { return keyframes_.offer({view(pose), {}}, pose); };
+  const auto offer = [&](const SE3& pose) { return keyframes_.offer({view(pose), {}}, {pose}); };
   EXPECT_TRUE(offer(start_));
   EXPECT_FALSE(offer(moved(0.2, 0.1)));
   EXPECT_TRUE(offer(moved(0.2, 0.2)));
@@ -46,7 +46,8 @@ TEST_F(KeyframesTest, AreAStepApart) {
 }
 
 TEST_F(KeyframesTest, TheLikestComesFirstAndTheImpossibleAreLeftOut) {
-  for (const double radians : {0.0, 0.3, 0.6, 0.9}) keyframes_.offer({view(moved(0, radians)), {}}, moved(0, radians));
+  for (const double radians : {0.0, 0.3, 0.6, 0.9})
+    keyframes_.offer({view(moved(0, radians)), {}}, {moved(0, radians)});
   ASSERT_EQ(keyframes_.all().size(), 4u);
   const FernCode code = keyframes_.encode(view(moved(0, 0.62)));
   const auto nearest = keyframes_.nearest(code, 2, [](const Keyframe&) { return true; });

@@ -61,7 +61,7 @@ Map followed_on(const std::string& backend_name) {
   volume.place({scan().poses[0], 2});
   for (const std::size_t i : {0U, 1U, 3U, 0U}) {
     const SE3& pose = scan().poses[i];
-    volume.follow(i == 3 ? pose * SE3(Eigen::Matrix3d::Identity(), {1.2, 0, 0.7}) : pose);
+    volume.follow({i == 3 ? pose * SE3(Eigen::Matrix3d::Identity(), {1.2, 0, 0.7}) : pose});
     Image<float> metres(scan().camera.width, scan().camera.height);
     for (std::size_t k = 0; k < metres.pixels.size(); ++k)
       metres.pixels[k] = static_cast<float>(scan().frames[i].depth.pixels[k] / scan().frames[i].depth_scale);
