@@ -17,6 +17,7 @@ constexpr std::size_t kLinked = 2;                      // next views that each 
 constexpr std::size_t kMaxViews = 2000;                 // more of them lie farther apart
 constexpr double kRobustOdometry = 3, kRobustLoop = 4;  // standard deviations
 constexpr std::size_t kMinLoops = 3;                    // that confirm one another
+constexpr double kLookAgain = 0.1;                      // as kStep: views that were moved by more show other loops
 constexpr double kDrift = 1.4;                          // χ² a direction; what registration alone disagrees by is 1
 constexpr double kPays = 0.5;                           // of it that may be left in loops that were held back
 constexpr double kMaxCounted = 25;                      // χ² a direction of one loop
@@ -94,6 +95,10 @@ PoseGraph path_graph(const Scene& scene, const Odometry& odometry, double tilt_s
   return graph;
 }
 
+void move_views(const std::vector<SE3>& world_from_view, Scene* scene) {
+  for (std::size_t i = 0; i < world_from_view.size(); ++i) scene->views[i].world_from_camera = world_from_view[i];
+}
+
 std::optional<std::vector<SE3>> solve_with(PoseGraph graph, const std::vector<PoseConstraint>& loops) {
   graph.constraints.insert(graph.constraints.end(), loops.begin(), loops.end());
   return optimise(graph);
@@ -128,6 +133,22 @@ std::string refusal(const PoseGraph& graph, const std::vector<PoseConstraint>& l
   if (report.disagreement_before < kDrift) return "the path agrees with its loops";
   if (left_over(graph, loops) > kPays) return "loops that were held back would not agree better";
   return "";
+}
+
+/// Loops that were too far from their views' poses to be found are looked for again where the first ones put the views.
+void look_again(const Odometry& odometry, const Parameters& parameters, ViewMatcher* matcher,
+                const std::function<bool()>& stopping, Scene* scene) {
+  const std::vector<PoseConstraint> loops = accepted_loops(*scene);
+  if (loops.empty()) return;
+  const PoseGraph graph = path_graph(*scene, odometry, parameters.orientation.tilt_sigma.radians());
+  const std::optional<std::vector<SE3>> poses = solve_with(graph, loops);
+  double moved = 0;
+  for (std::size_t i = 0; poses && i < poses->size(); ++i)
+    moved = std::max(moved, pose_distance((*poses)[i], scene->views[i].world_from_camera));
+  if (moved < kLookAgain) return;
+  move_views(*poses, scene);
+  find_loops(scene->views, odometry, scene->scale, matcher, stopping, &scene->loops);
+  move_views(graph.world_from_node, scene);
 }
 
 std::vector<LoopReport> reports(const Scene& scene, const std::vector<PathFrame>& path) {
@@ -189,7 +210,8 @@ void find_and_correct(const Sequence& recording, const std::vector<PathFrame>& p
     return;
   }
   const Odometry odometry(scene.views, scene.neighbours, scene.scale);
-  scene.loops = find_loops(scene.views, odometry, scene.scale, &matcher, options.stopping);
+  find_loops(scene.views, odometry, scene.scale, &matcher, options.stopping, &scene.loops);
+  look_again(odometry, parameters, &matcher, options.stopping, &scene);
   closed->report.views = static_cast<int>(scene.views.size());
   closed->report.loops = reports(scene, path);
   if (interrupted())

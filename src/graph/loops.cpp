@@ -81,6 +81,8 @@ class Choice {
   std::vector<std::size_t> chosen_;
 };
 
+bool is_same(const LoopPair& a, const LoopPair& b) { return a.first == b.first && a.second == b.second; }
+
 /// Whether one loop is what the other one says, carried along the path.
 bool agree(const ViewEdge& a, const ViewEdge& b, const Odometry& odometry, double scale) {
   const RelativePose other{b.motion.first_from_second, scale * b.motion.covariance};
@@ -140,17 +142,19 @@ std::vector<LoopPair> loop_candidates(const std::vector<PathView>& views) {
   return pairs;
 }
 
-std::vector<TriedLoop> find_loops(const std::vector<PathView>& views, const Odometry& odometry, double scale,
-                                  ViewMatcher* matcher, const std::function<bool()>& stopping) {
-  std::vector<TriedLoop> loops;
+void find_loops(const std::vector<PathView>& views, const Odometry& odometry, double scale, ViewMatcher* matcher,
+                const std::function<bool()>& stopping, std::vector<TriedLoop>* loops) {
+  std::erase_if(*loops, [](const TriedLoop& loop) { return loop.status != LoopStatus::accepted; });
+  const std::size_t known = loops->size();
   for (const LoopPair& pair : loop_candidates(views)) {
-    if (stopping && stopping()) return {};
+    if (stopping && stopping()) return loops->clear();
+    const auto end = loops->begin() + static_cast<std::ptrdiff_t>(known);
+    if (std::any_of(loops->begin(), end, [&](const TriedLoop& loop) { return is_same(loop.pair, pair); })) continue;
     TriedLoop loop{pair, LoopStatus::not_registered, matcher->match(views, pair.first, pair.second, Reach::far)};
     if (loop.edge) loop.status = judge(*loop.edge, odometry, scale);
-    loops.push_back(std::move(loop));
+    loops->push_back(std::move(loop));
   }
-  test_against_each_other(odometry, scale, &loops);
-  return loops;
+  test_against_each_other(odometry, scale, loops);
 }
 
 }  // namespace plumbline

@@ -40,9 +40,9 @@ struct TriedLoop {
   std::optional<ViewEdge> edge;
 };
 
-/// The candidates, registered, tested alone, against the path, and against each other. Nothing once `stopping` returns
-/// true.
-std::vector<TriedLoop> find_loops(const std::vector<PathView>& views, const Odometry& odometry, double scale,
-                                  ViewMatcher* matcher, const std::function<bool()>& stopping);
+/// Adds the candidates that were not accepted yet: registered from where `views` are, tested alone, against the path,
+/// and all against each other. Nothing is left once `stopping` returns true.
+void find_loops(const std::vector<PathView>& views, const Odometry& odometry, double scale, ViewMatcher* matcher,
+                const std::function<bool()>& stopping, std::vector<TriedLoop>* loops);
 
 }  // namespace plumbline

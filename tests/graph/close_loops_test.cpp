@@ -140,6 +140,18 @@ TEST_F(CloseLoops, LoopsAreRightAndRefusalsHaveReasons) {
   EXPECT_EQ(refused + closed.report.accepted(), static_cast<int>(closed.report.loops.size()));
 }
 
+// Only pairs of views whose poses happen to be near are registered at first: what they say brings the others near.
+TEST_F(CloseLoops, LooksAgainWhereTheFirstLoopsPutTheViews) {
+  const std::vector<PathFrame> path = drifting(truth_, 0.35, radians(8));
+  const ClosedLoops closed = close(path, 2);
+  ASSERT_TRUE(closed.report.is_applied) << closed.report.note;
+  EXPECT_GE(closed.report.accepted(), 6);
+  const Vector6d before = end_error(truth_, path.front().world_from_camera, path.back().world_from_camera),
+                 after = end_error(truth_, closed.world_from_camera.front(), closed.world_from_camera.back());
+  EXPECT_LT(after.head<3>().norm(), 0.1 * before.head<3>().norm());
+  EXPECT_LT(after.tail<3>().norm(), 0.1 * before.tail<3>().norm());
+}
+
 TEST_F(CloseLoops, EndsWhenItIsToStop) {
   const ClosedLoops closed = close_loops(room_, drifting(truth_, 0.12, radians(4)), Parameters(),
                                          *make_backend("cpu", 1), {GlobalCorrection::on, [] { return true; }});
