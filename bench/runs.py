@@ -127,7 +127,7 @@ def each(work, items, jobs):
         try:
             return work(item)
         except (Failure, OSError, ValueError, KeyError) as error:
-            print(f"{item.name}: {error or type(error).__name__}", file=sys.stderr, flush=True)
+            print(f"{getattr(item, 'name', item)}: {error or type(error).__name__}", file=sys.stderr, flush=True)
             return None
 
     with concurrent.futures.ThreadPoolExecutor(max(1, jobs)) as pool:

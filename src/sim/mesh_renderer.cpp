@@ -243,7 +243,7 @@ class MeshRenderer::Implementation {
   }
 
   ColorImage render(const Pinhole& camera, const SE3& world_from_camera, const RenderOptions& options) const;
-  SE3 default_view(const Pinhole& camera, const Vector3d& up) const;
+  SE3 default_view(const Pinhole& camera, const Vector3d& up, const Trajectory& path) const;
 
  private:
   /// One picture in the making.
@@ -263,7 +263,7 @@ class MeshRenderer::Implementation {
   SurfacePoint surface_point(const Job& job, const RTCRayHit& hit) const;
   float openness(const Job& job, const SurfacePoint& point, int rotation, int sample) const;
   double visible_front(const Pinhole& camera, const SE3& world_from_camera) const;
-  SE3 fitted_view(const Pinhole& camera, const Vector3d& towards_camera, const Vector3d& up) const;
+  std::vector<Vector3f> scanned_from_near(const Trajectory& path) const;
 
   Mesh mesh_;
   embree::Device device_;
@@ -445,7 +445,8 @@ ColorImage MeshRenderer::Implementation::render(const Pinhole& camera, const SE3
           world_from_camera.rotation().cast<float>(),
           make_setting(world_from_camera, options, size_),
           nullptr};
-  const double radius = options.path_radius > 0 ? options.path_radius : 0.003 * (size_ > 0 ? size_ : 1.0);
+  const double scanned = options.path.empty() ? 0 : robust_size(scanned_from_near(options.path));
+  const double radius = options.path_radius > 0 ? options.path_radius : 0.003 * (scanned > 0 ? scanned : 1.0);
   job.tube = make_tube(device_.get(), options.path, static_cast<float>(radius));
   job.setting.tube_segments = static_cast<float>(std::max<std::size_t>(1, options.path.size() - 1));
 
@@ -483,9 +484,35 @@ double MeshRenderer::Implementation::visible_front(const Pinhole& camera, const 
   return static_cast<double>(score) / (kColumns * kRows);
 }
 
-/// The camera with the given viewing direction that is nearest while all but outliers are in the image.
-SE3 MeshRenderer::Implementation::fitted_view(const Pinhole& camera, const Vector3d& towards_camera,
-                                              const Vector3d& up) const {
+/// Points up to 1.5 times the distance from the path within which most of what matters lies: a surface matters as much
+/// as it fills a camera's image, which is by the inverse square of its distance.
+std::vector<Vector3f> MeshRenderer::Implementation::scanned_from_near(const Trajectory& path) const {
+  constexpr std::size_t kCameras = 64;
+  constexpr float kNearest = 0.5f, kBeyond = 1.5f;  // metres, and of the distance
+  constexpr double kShare = 0.65;
+  std::vector<float> squares, ordered;
+  const std::size_t step = (path.size() + kCameras - 1) / kCameras;
+  for (const Vector3f& point : points_) {
+    float square = std::numeric_limits<float>::max();
+    for (std::size_t k = 0; k < path.size(); k += step)
+      square = std::min(square, (point - path[k].world_from_camera.translation().cast<float>()).squaredNorm());
+    squares.push_back(std::max(square, kNearest * kNearest));
+  }
+  ordered = squares;
+  std::sort(ordered.begin(), ordered.end());
+  double all = 0, sum = 0;
+  for (const float square : ordered) all += 1 / double{square};
+  float limit = 0;
+  for (std::size_t i = 0; i < ordered.size() && sum < kShare * all; ++i) sum += 1 / double{limit = ordered[i]};
+  std::vector<Vector3f> near;
+  for (std::size_t i = 0; i < points_.size(); ++i)
+    if (squares[i] <= kBeyond * kBeyond * limit) near.push_back(points_[i]);
+  return near;
+}
+
+/// The camera with the given viewing direction that is nearest while all points but outliers are in the image.
+SE3 fitted_view(const std::vector<Vector3f>& points, const Pinhole& camera, const Vector3d& towards_camera,
+                const Vector3d& up) {
   constexpr double kOutliers = 0.001, kMargin = 0.92;
   const SE3 view = look_at(towards_camera, Vector3d::Zero(), up);
   const Eigen::Matrix3f axes = view.rotation().cast<float>();
@@ -496,8 +523,8 @@ SE3 MeshRenderer::Implementation::fitted_view(const Pinhole& camera, const Vecto
   double distance = -std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 2; ++axis) {
     const Vector3f slope = static_cast<float>(reach[axis]) * axes.col(2);
-    const double high = robust_interval(coordinates(points_, axes.col(axis) - slope), kOutliers).second;
-    const double low = robust_interval(coordinates(points_, axes.col(axis) + slope), kOutliers).first;
+    const double high = robust_interval(coordinates(points, axes.col(axis) - slope), kOutliers).second;
+    const double low = robust_interval(coordinates(points, axes.col(axis) + slope), kOutliers).first;
     eye[axis] = (high + low) / 2;
     distance = std::max(distance, (high - low) / (2 * reach[axis]));
   }
@@ -505,7 +532,8 @@ SE3 MeshRenderer::Implementation::fitted_view(const Pinhole& camera, const Vecto
   return {view.rotation(), view.rotation() * eye};
 }
 
-SE3 MeshRenderer::Implementation::default_view(const Pinhole& camera, const Vector3d& up) const {
+SE3 MeshRenderer::Implementation::default_view(const Pinhole& camera, const Vector3d& up,
+                                               const Trajectory& path) const {
   RenderOptions options;
   options.up = up;
   validate(camera, options);
@@ -514,6 +542,7 @@ SE3 MeshRenderer::Implementation::default_view(const Pinhole& camera, const Vect
                 "give a camera with a positive fy");
   }
   if (points_.empty()) return {};
+  const std::vector<Vector3f> framed = path.empty() ? points_ : scanned_from_near(path);
   constexpr int kAzimuths = 16;
   constexpr double kElevation = 0.5, kFirstAzimuth = 0.6;  // radians
   const auto rotation = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up.normalized());
@@ -523,7 +552,7 @@ SE3 MeshRenderer::Implementation::default_view(const Pinhole& camera, const Vect
     const double azimuth = kFirstAzimuth + 2 * std::numbers::pi * i / kAzimuths;
     const Vector3d local(std::cos(azimuth) * std::cos(kElevation), std::sin(azimuth) * std::cos(kElevation),
                          std::sin(kElevation));
-    const SE3 view = fitted_view(camera, rotation * local, up);
+    const SE3 view = fitted_view(framed, camera, rotation * local, up);
     const double score = visible_front(camera, view);
     if (score <= best_score) continue;
     best = view;
@@ -542,8 +571,8 @@ ColorImage MeshRenderer::render(const Pinhole& camera, const SE3& world_from_cam
   return implementation_->render(camera, world_from_camera, options);
 }
 
-SE3 MeshRenderer::default_view(const Pinhole& camera, const Vector3d& up) const {
-  return implementation_->default_view(camera, up);
+SE3 MeshRenderer::default_view(const Pinhole& camera, const Vector3d& up, const Trajectory& path) const {
+  return implementation_->default_view(camera, up, path);
 }
 
 ColorImage render_mesh(const Mesh& mesh, const Pinhole& camera, const SE3& world_from_camera,

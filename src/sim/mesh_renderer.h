@@ -27,7 +27,7 @@ struct RenderOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< world; the sky's side, for the ambient light
   Mesh::Rgb background_top{252, 252, 253}, background_bottom{222, 227, 233};
   Trajectory path;         ///< drawn as a tube through the cameras' centres, from blue to orange; may be empty
-  double path_radius = 0;  ///< metres; 0 = 0.3 % of the mesh's size
+  double path_radius = 0;  ///< metres; 0 = 0.3 % of the size of what was scanned from near by
 };
 
 /// Holds the search tree of one mesh, for several pictures.
@@ -43,9 +43,11 @@ class MeshRenderer {
   ColorImage render(const Pinhole& camera, const SE3& world_from_camera, const RenderOptions& options = {}) const;
 
   /// A three-quarter view from above that shows most of the surface's free side and fits the mesh into the image: of
-  /// all but stray 0.1 % of its area at each side. The identity for a mesh without area. Throws
-  /// Error if the camera is not valid, its fy is negative, or `up` is zero.
-  SE3 default_view(const Pinhole& camera, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) const;
+  /// all but stray 0.1 % of its area at each side. With the `path` of the camera that scanned it, what was scanned from
+  /// near by fills the image, and walls far behind may leave it. The identity for a mesh without area. Throws Error if
+  /// the camera is not valid, its fy is negative, or `up` is zero.
+  SE3 default_view(const Pinhole& camera, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(),
+                   const Trajectory& path = {}) const;
 
  private:
   class Implementation;

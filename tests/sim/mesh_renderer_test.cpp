@@ -253,6 +253,24 @@ TEST(MeshRenderer, DefaultViewFitsTheMeshAndSeesItsFreeSide) {
   EXPECT_GT(view.translation().x() + view.translation().y(), 0.5);
 }
 
+TEST(MeshRenderer, DefaultViewWithThePathShowsWhatWasScannedFromNearBy) {
+  Mesh mesh = square(0.5, {200, 200, 200});  // a table, and a wall far behind it, turned up about the y axis
+  const Mesh wall = square(2, {200, 200, 200});
+  for (const Mesh::Float3& p : wall.positions) mesh.positions.push_back({-6, p.y, 2 - p.x});
+  for (const Mesh::Rgb& c : wall.colors) mesh.colors.push_back(c);
+  for (const Mesh::Triangle& t : wall.triangles) mesh.triangles.push_back({t.a + 4, t.b + 4, t.c + 4});
+  Trajectory path;
+  for (int i = 0; i < 20; ++i) path.push_back({i, look_at({0.8, 0.05 * i - 0.5, 0.8}, {0, 0, 0})});
+  const MeshRenderer renderer(mesh);
+  const SE3 all = renderer.default_view(kCamera), near = renderer.default_view(kCamera, Vector3d::UnitZ(), path);
+  EXPECT_LT(near.translation().norm(), 0.4 * all.translation().norm());
+  for (const Mesh::Float3& p : square(0.5, {}).positions) {
+    const Vector3d c = near.inverse() * Vector3d(static_cast<double>(p.x), static_cast<double>(p.y), 0);
+    EXPECT_LT(std::abs(c.x() / c.z() * kCamera.fx), 160);
+    EXPECT_LT(std::abs(c.y() / c.z() * kCamera.fy), 120);
+  }
+}
+
 TEST(MeshRenderer, BadInputIsRefused) {
   Mesh mesh = square(1, {1, 2, 3});
   RenderOptions options;

@@ -80,12 +80,13 @@ ReconstructionOptions demo_options(const DemoArguments& arguments, const SE3& in
   return options;
 }
 
-/// The mesh from where most of it is seen, with the camera's path.
+/// The mesh from where most of what was scanned from near by is seen, with the camera's path.
 void write_picture(const std::string& path, const Mesh& mesh, const Trajectory& trajectory) {
   const sim::MeshRenderer renderer(mesh);
   sim::RenderOptions options;
   options.path = trajectory;
-  write_color_png(path, renderer.render(kPictureCamera, renderer.default_view(kPictureCamera, options.up), options));
+  write_color_png(
+      path, renderer.render(kPictureCamera, renderer.default_view(kPictureCamera, options.up, trajectory), options));
 }
 
 /// Green for none, over yellow to red for 2 cm and more.

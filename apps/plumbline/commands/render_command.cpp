@@ -40,8 +40,8 @@ int render(const RenderArguments& arguments) {
   options.vertex_colors = !arguments.no_color;
   if (!arguments.trajectory.empty()) options.path = read_trajectory(arguments.trajectory);
   const sim::MeshRenderer renderer(read_mesh(arguments.mesh));
-  const SE3 world_from_camera =
-      arguments.pose.empty() ? renderer.default_view(camera, options.up) : parse_pose(arguments.pose, "--pose");
+  const SE3 world_from_camera = arguments.pose.empty() ? renderer.default_view(camera, options.up, options.path)
+                                                       : parse_pose(arguments.pose, "--pose");
   write_color_png(arguments.output, renderer.render(camera, world_from_camera, options), Durable::yes);
   say("{}", arguments.output);
   return 0;
@@ -54,7 +54,10 @@ void add_render_command(CLI::App& app, Command& chosen) {
   CLI::App* command = app.add_subcommand("render", "Make a picture of a mesh");
   command->add_option("mesh", arguments->mesh, "PLY or OBJ file")->required()->type_name("MESH");
   command->add_option("-o,--output", arguments->output, "PNG file")->capture_default_str()->type_name("FILE");
-  command->add_option("--pose", arguments->pose, "Camera in the world (default: a view of the whole mesh)")
+  command
+      ->add_option("--pose", arguments->pose,
+                   "Camera in the world (default: a view of the whole mesh; with --trajectory, of what was scanned "
+                   "from near by)")
       ->type_name("\"TX TY TZ QX QY QZ QW\"");
   command->add_option("--size", arguments->size, "Size of the picture")->capture_default_str()->type_name("WxH");
   command->add_option("--fov", arguments->field_of_view, "Horizontal field of view in degrees")
