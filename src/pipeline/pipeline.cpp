@@ -64,6 +64,7 @@ struct Pipeline::State {
   void accept(const Frame& frame, const TrackedFrame& tracked);
   void fuse(const SE3& world_from_camera);
   void follow(const SE3& world_from_camera);
+  void come_back();
   void render(const SE3& world_from_camera, DepthPyramid* levels);
   void predict(const SE3& world_from_camera);
   void take_back(FrameReport* report);
@@ -151,6 +152,11 @@ void Pipeline::State::follow(const SE3& world_from_camera) {
   tracker.set_travelled(volume.follow({world_from_camera, tracker.state().travelled}));
 }
 
+/// To the map as the tracker's camera left it, from the places that were looked at.
+void Pipeline::State::come_back() {
+  if (tracker.state().is_initialised) follow(tracker.world_from_camera());
+}
+
 void Pipeline::State::render(const SE3& world_from_camera, DepthPyramid* levels) {
   volume.predict(world_from_camera, raycast_range(parameters.preprocess.max_depth), levels);
 }
@@ -194,11 +200,17 @@ void Pipeline::State::explain(const TrackingResult& result, FrameDiagnostics* di
       explain_pixels(backend, live.pyramid(), model.levels, model.world_from_camera, result, parameters.tracking);
 }
 
-Mesh Pipeline::extract_mesh() const { return state_->volume.extract_mesh(state_->parameters.mesh); }
+Mesh Pipeline::extract_mesh() const {
+  state_->come_back();
+  return state_->volume.extract_mesh(state_->parameters.mesh);
+}
 
 ModelConsistency Pipeline::check_consistency() const { return state_->recovery.check_consistency(); }
 
-Map Pipeline::extract_map() const { return state_->volume.extract_map(); }
+Map Pipeline::extract_map() const {
+  state_->come_back();
+  return state_->volume.extract_map();
+}
 
 MapUpdate Pipeline::take_changes(int max_bricks) {
   State& s = *state_;

@@ -18,9 +18,28 @@ function samplePoints({ mesh, frames, path }) {
   return points.length ? points : [[0, 0, 0]];
 }
 
-/** Middle and size of what is there, without stray parts: medians, and the distance within which most of it lies. */
+/** Where cameras stood; empty where nobody knows. */
+const cameras = ({ frames, path }) => (frames || path?.length ? samplePoints({ frames, path }) : []);
+
+/**
+ * Points up to 1.5 times the distance from the path within which most of what matters lies: a surface matters as much as
+ * it fills a camera's image, which is by the inverse square of its distance (as MeshRenderer::default_view).
+ */
+function scannedFromNear(points, path) {
+  const some = path.filter((_, i) => i % Math.ceil(path.length / 64) === 0);
+  if (!some.length) return points;
+  const square = (p) => Math.max(0.25, Math.min(...some.map((c) => (p[0] - c[0]) ** 2 + (p[1] - c[1]) ** 2 + (p[2] - c[2]) ** 2)));
+  const squares = points.map(square);
+  const ordered = [...squares].sort((a, b) => a - b);
+  const all = ordered.reduce((sum, value) => sum + 1 / value, 0);
+  let sum = 0;
+  const limit = ordered.find((value) => (sum += 1 / value) >= 0.65 * all);
+  return points.filter((_, i) => squares[i] <= 2.25 * limit);
+}
+
+/** Middle and size of what was scanned from near by, without stray parts: medians, and the distance within which most lies. */
 export function sceneExtent(report) {
-  return extentOf(samplePoints(report), 0.85);
+  return extentOf(scannedFromNear(samplePoints(report), cameras(report)), 0.85);
 }
 
 /** Of the cameras alone. */
@@ -72,8 +91,7 @@ export function overview(report, { center, radius }, fieldOfView) {
   const half = (fieldOfView * Math.PI) / 360;
   const near = (0.9 * radius) / Math.sin(half);
   // Far enough back to see the whole path too, if that does not make the rest tiny.
-  const { frames, path } = report;
-  const distance = (frames || path?.length ? samplePoints({ frames, path }) : []).reduce((farthest, point) => {
+  const distance = cameras(report).reduce((farthest, point) => {
     const offset = new THREE.Vector3(...point).sub(center);
     const along = offset.dot(direction);
     const aside = Math.sqrt(Math.max(0, offset.lengthSq() - along * along));
