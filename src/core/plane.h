@@ -9,6 +9,11 @@
 
 namespace plumbline {
 
+constexpr int kWidestLane = 16;  ///< elements
+
+/// A row of so many elements, and what fills the final lane.
+constexpr int padded_to_lanes(int elements) { return (elements + kWidestLane - 1) / kWidestLane * kWidestLane; }
+
 /// One plane of an image as a kernel sees it. Every row has kPadding elements of zeros (an invalid reading) on either
 /// side, so a stencil may read up to kPadding columns out of the image, and a lane may store past a row's end
 /// provided that it stores zeros there. Rows above and below do not exist.
@@ -25,14 +30,14 @@ struct PlaneView {
 template <class T>
 class Plane {
  public:
-  static constexpr int kPadding = 16;  ///< elements; a widest lane's worth
+  static constexpr int kPadding = kWidestLane;
 
   Plane() = default;
   /// Zeros. Throws std::bad_alloc.
   Plane(int width, int height, const DeviceMemory& memory)
       : width_(width),
         height_(height),
-        stride_((width + kPadding - 1) / kPadding * kPadding + 2 * kPadding),
+        stride_(padded_to_lanes(width) + 2 * kPadding),
         elements_(memory, static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height)) {}
 
   PlaneView<T> view() const { return {elements_.data() + kPadding, width_, height_, stride_}; }

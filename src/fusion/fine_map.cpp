@@ -170,7 +170,7 @@ bool FineMap::make_touched_bricks(const View& view) {
                                  ray_step(camera_, double{view_.brick_size()}),
                                  nullptr,
                                  0};
-  touched.stride = (touched.columns() + 15) / 16 * 16;
+  touched.stride = padded_to_lanes(touched.columns());
   const auto keys = static_cast<std::size_t>(touched.rows() * touched.stride * kernels::TouchedBricks::kSamples);
   if (keys_.size() < keys) keys_ = DeviceArray<std::int32_t>(*backend_, keys);
   touched.keys = keys_.data();

@@ -1,18 +1,13 @@
 #include "map/depth_ranges.h"
 
 namespace plumbline {
-namespace {
-
-int round_up(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
-
-}  // namespace
 
 DepthRanges::DepthRanges(const Pinhole& camera, const Backend& backend) : backend_(&backend) {
   int columns = (camera.width + kernels::kRangeTile - 1) / kernels::kRangeTile;
   int rows = (camera.height + kernels::kRangeTile - 1) / kernels::kRangeTile;
   int total = 0;
   for (;;) {
-    const Level level{total, columns, rows, round_up(columns, 16)};
+    const Level level{total, columns, rows, padded_to_lanes(columns)};
     levels_.push_back(level);
     total += level.stride * rows;
     if (columns == 1 && rows == 1) break;

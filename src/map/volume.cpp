@@ -14,8 +14,6 @@ namespace {
 // A mesh's model pyramid keeps 2×2 blocks whose depths differ by less than this: wider, and they span an edge.
 constexpr float kModelDecimationRange = 0.09f;
 
-int round_up(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
-
 /// The middle 96 % of the values on each axis: a few stray readings do not decide.
 std::pair<double, double> robust_range(std::vector<double>& values) {
   const std::size_t cut = values.size() / 50;
@@ -123,7 +121,7 @@ kernels::RaySpanView Volume::span_rays(const SE3& world_from_camera, const Pinho
   kernels::RaySpanView spans;
   spans.columns = tiles_along(camera.width);
   spans.rows = tiles_along(camera.height);
-  spans.stride = round_up(spans.columns + 1, 16);  // a lane may begin in the last tile and end beyond it
+  spans.stride = padded_to_lanes(spans.columns + 1);  // a lane may begin in the last tile and end beyond it
   const std::size_t tiles = static_cast<std::size_t>(spans.stride) * static_cast<std::size_t>(spans.rows);
   if (spans_.size() < 2 * tiles) spans_ = DeviceArray<float>(*backend_, 2 * tiles);
   spans.nearest = spans_.data();
