@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """What a live page costs the tracker, and how late it is: bench/view.py BUILD SEQUENCE [FRAMES] [REPEATS]
 
-Runs alternate: without --view; served, but nobody watches; with a reader that takes all and says at once that it has
-drawn it, so that no browser competes for the processor. Compared are the medians of a frame's stages (frames.csv) and
-the wall time of the loop a frame, which has the hand-over in it. Then headless Chromium, drawing by software on the
-same processors, watches the sequence played in real time: milliseconds from frame to page, updates a second (web/test/measure_live.mjs).
+As fast as it goes, runs in turn: without --view; served, but nobody watches; with a reader that takes all and says at
+once that it has drawn it, so that no browser competes for the processor. Compared are the medians of a frame's stages
+(frames.csv) and the wall time of the loop a frame, which has the hand-over in it.
+In real time, in turn: without --view, and with headless Chromium, drawing by software on the same processors: from frame
+to page, updates a second (web/test/measure_live.mjs), and what a frame's stages take beside a browser.
 """
 
 import base64
@@ -21,7 +22,7 @@ import threading
 import urllib.parse
 
 build, recording = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2]
-frames, repeats = (int(v) for v in (sys.argv[3:] + ["300", "5"][len(sys.argv) - 3:])[:2])
+frames, repeats = (int(v) for v in (sys.argv[3:] + ["200", "3"][len(sys.argv) - 3:])[:2])
 web = pathlib.Path(__file__).resolve().parent.parent / "web"
 environment = {**os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": "", "BROWSER": ""}
 
@@ -98,13 +99,28 @@ def main():
         for kind in kinds:
             best = [min(values) for values in zip(*results[kind])]
             print(f"{kind:8} stages {best[0]:6.2f} ms ({best[0] / base[0]:.3f})   loop {best[1]:6.2f} ms ({best[1] / base[1]:.3f})   best of {repeats}")
-        run = start(folder, "--view", "--realtime")
-        seconds = 12
-        page = subprocess.run(["node", web / "test" / "measure_live.mjs", url_of(run), str(seconds)], capture_output=True, text=True)
+        in_real_time(folder)
+
+
+def median_of_stages(folder):
+    rows = list(csv.DictReader((folder / "frames.csv").open()))[20:]
+    return statistics.median(float(row["total_ms"]) for row in rows)
+
+
+def in_real_time(folder):
+    stages = {"none": [], "page": []}
+    for _ in range(2):
+        start(folder, "--no-mesh", "--realtime", "--max-frames", "300").communicate()
+        stages["none"].append(median_of_stages(folder))
+        run = start(folder, "--no-mesh", "--view", "--realtime")
+        page = subprocess.run(["node", web / "test" / "measure_live.mjs", url_of(run), "12"], capture_output=True, text=True)
         run.terminate()
         run.communicate()
-        rows = list(csv.DictReader((folder / "frames.csv").open()))
-        print(f"Chromium {page.stdout.strip()}{page.stderr.strip()[:300]}, stages {statistics.median(float(r['total_ms']) for r in rows):.2f} ms in real time")
+        stages["page"].append(median_of_stages(folder))
+        print(f"Chromium {page.stdout.strip()}{page.stderr.strip()[:300]}")
+    none, with_page = min(stages["none"]), min(stages["page"])
+    print(f"in real time: stages {none:.2f} ms, beside Chromium {with_page:.2f} ms ({with_page / none:.3f})   best of 2")
+    print(f"load {os.getloadavg()[0]:.1f}")
 
 
 if __name__ == "__main__":

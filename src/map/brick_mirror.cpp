@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <map>
 
+#include "backend/backend.h"
 #include "kernels/brick_map.h"
-#include "kernels/marching_cubes.h"
 #include "kernels/voxel.h"
+#include "map/host_bricks.h"
 #include "map/mesh_of_bricks.h"
-#include "plumbline/se3.h"
 
 namespace plumbline {
 
@@ -16,216 +16,149 @@ namespace {
 
 constexpr int kBlockBricks = 4;                ///< a side
 constexpr int kAroundSide = kBlockBricks + 2;  ///< with the bricks around: cells reach above, gradients below
-constexpr float kMinWeight = 2;
+constexpr int kAround = kAroundSide * kAroundSide * kAroundSide;
+constexpr int kMinWeight = 2;
+constexpr double kFullDistance = 1;   ///< metres: what is seen from nearer counts no more
+constexpr double kUnknownView = 0.5;  ///< of a surface whose views nobody noted
 
 std::int32_t block_of(std::int32_t brick) { return brick >> 2; }
 
-}  // namespace
+/// Position of a brick by its number in a block's surroundings, counted in bricks from the block's lowest one.
+kernels::VoxelPosition local(int number) {
+  return {number % kAroundSide - 1, number / kAroundSide % kAroundSide - 1, number / kAroundSide / kAroundSide - 1};
+}
+int number_of(const kernels::VoxelPosition& local) {
+  return ((local.z + 1) * kAroundSide + local.y + 1) * kAroundSide + local.x + 1;
+}
 
-/// A block and the bricks around it as the passes of marching cubes take a map. Bricks are numbered within the block's
-/// surroundings, positions are counted in voxels from its lowest one.
-class MirroredBlock {
- public:
-  MirroredBlock(const BrickMirror& mirror, const MapBlock& block)
-      : voxel_size(static_cast<float>(mirror.voxel_size_)),
-        first_{block.x * kBlockBricks, block.y * kBlockBricks, block.z * kBlockBricks},
-        has_color_(mirror.has_color_) {
-    for (int i = 0; i < kCount; ++i) {
-      const kernels::VoxelPosition at = local(i);
-      const auto brick = mirror.bricks_.find({first_.x + at.x, first_.y + at.y, first_.z + at.z});
-      bricks_[static_cast<std::size_t>(i)] = brick == mirror.bricks_.end() ? nullptr : &brick->second;
-    }
-  }
+enum class Part { own, above, beside };
+Part part_of(const kernels::VoxelPosition& local) {
+  if (std::min({local.x, local.y, local.z}) < 0) return Part::beside;
+  return std::max({local.x, local.y, local.z}) == kBlockBricks ? Part::above : Part::own;
+}
 
-  static constexpr int kCount = kAroundSide * kAroundSide * kAroundSide;
-  float voxel_size;
-
-  bool has_color() const { return has_color_; }
-  bool has(int brick) const { return bricks_[static_cast<std::size_t>(brick)] != nullptr; }
-  /// Of a brick by its number, counted in bricks from the block's lowest one: −1 to kBlockBricks.
-  static kernels::VoxelPosition local(int brick) {
-    return {brick % kAroundSide - 1, brick / kAroundSide % kAroundSide - 1, brick / kAroundSide / kAroundSide - 1};
-  }
-  kernels::VoxelPosition origin_of(int brick) const {
-    const kernels::VoxelPosition at = local(brick);
-    return {kernels::kBrickSide * at.x, kernels::kBrickSide * at.y, kernels::kBrickSide * at.z};
-  }
-  kernels::VoxelAddress find(const kernels::VoxelPosition& p) const {
-    const kernels::VoxelPosition b = kernels::brick_of(p);
-    const auto outside = [](int x) { return x < -1 || x > kBlockBricks; };
-    if (outside(b.x) || outside(b.y) || outside(b.z)) return {-1, 0};
-    const int brick = ((b.z + 1) * kAroundSide + b.y + 1) * kAroundSide + b.x + 1;
-    return {has(brick) ? brick : -1, kernels::offset_in_brick(p)};
-  }
-  std::int32_t voxel(const kernels::VoxelAddress& at) const { return brick(at).voxels[index(at)]; }
-  std::int32_t color(const kernels::VoxelAddress& at) const { return brick(at).colors[index(at)]; }
-  /// Of the block's lowest voxel in the map, metres.
-  Eigen::Vector3d corner() const {
-    return kernels::kBrickSide * voxel_size * Eigen::Vector3d(first_.x, first_.y, first_.z);
-  }
-
- private:
-  const BrickMirror::Brick& brick(const kernels::VoxelAddress& at) const {
-    return *bricks_[static_cast<std::size_t>(at.brick)];
-  }
-  static std::size_t index(const kernels::VoxelAddress& at) { return static_cast<std::size_t>(at.offset); }
-
-  kernels::VoxelPosition first_;  ///< counted in bricks
-  bool has_color_;
-  std::array<const BrickMirror::Brick*, kCount> bricks_{};
-};
-
-namespace kernels {
-
-template <>
-class MeshVoxels<MirroredBlock> {
- public:
-  MeshVoxels(const MirroredBlock& block, int brick, float min_weight)
-      : block_(block), origin_(block.origin_of(brick)), min_weight_(min_weight) {}
-
-  const VoxelPosition& origin() const { return origin_; }
-  static bool has_surface() { return true; }
-  VoxelAddress find(const VoxelPosition& p) const {
-    return block_.find({origin_.x + p.x, origin_.y + p.y, origin_.z + p.z});
-  }
-  bool read(const VoxelPosition& p, float* distance) const {
-    const VoxelAddress at = find(p);
-    if (at.brick < 0) return false;
-    const Voxel<float> voxel = unpack<float>(block_.voxel(at));
-    *distance = voxel.distance;
-    return voxel.weight >= min_weight_;
-  }
-  static bool is_surface(float /*here*/, float /*there*/) { return true; }
-  bool gradient(const VoxelPosition& p, int axis, float along, Vec3<float>* g) const {
-    Vec3<float> low, high;
-    if (!central(p, &low) || !central(MeshCells<MirroredBlock>::one_along(p, axis), &high)) return false;
-    *g = low * (1 - along) + high * along;
-    return true;
-  }
-
- private:
-  /// By central differences, unscaled.
-  bool central(const VoxelPosition& p, Vec3<float>* g) const {
-    float before[3], after[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      const VoxelPosition low{p.x - (axis == 0), p.y - (axis == 1), p.z - (axis == 2)};
-      if (!read(low, &before[axis]) || !read(MeshCells<MirroredBlock>::one_along(p, axis), &after[axis])) return false;
-    }
-    *g = {after[0] - before[0], after[1] - before[1], after[2] - before[2]};
-    return true;
-  }
-
-  const MirroredBlock& block_;
-  VoxelPosition origin_;
-  float min_weight_;
-};
-
-}  // namespace kernels
-
-namespace {
-
-/// The bricks to mesh: the block's own first, then those that only bring the vertices on its upper faces.
-struct BlockBricks {
-  std::vector<std::int32_t> list, position = std::vector<std::int32_t>(MirroredBlock::kCount, -1);
-  int own = 0;
-
-  explicit BlockBricks(const MirroredBlock& block) {
-    for (const bool upper : {false, true}) {
-      for (int i = 0; i < MirroredBlock::kCount; ++i)
-        if (block.has(i) && is_above(i) == upper && !is_below(i)) add(i);
-      if (!upper) own = static_cast<int>(list.size());
-    }
-  }
-
- private:
-  void add(int brick) {
-    position[static_cast<std::size_t>(brick)] = static_cast<std::int32_t>(list.size());
-    list.push_back(brick);
-  }
-  static bool is_above(int brick) {
-    const kernels::VoxelPosition at = MirroredBlock::local(brick);
-    return std::max({at.x, at.y, at.z}) == kBlockBricks;
-  }
-  static bool is_below(int brick) {
-    const kernels::VoxelPosition at = MirroredBlock::local(brick);
-    return std::min({at.x, at.y, at.z}) < 0;
-  }
-};
-
-/// Exclusive prefix sum; returns the total.
-std::int32_t scan(std::vector<std::int32_t>* counts) {
-  std::int32_t sum = 0;
-  for (std::int32_t& count : *counts) {
-    const std::int32_t here = count;
-    count = sum;
-    sum += here;
-  }
+double weight_of(const BrickWords& words) {
+  double sum = 0;
+  for (const std::int32_t word : words.voxels) sum += static_cast<double>(static_cast<std::uint32_t>(word) >> 16);
   return sum;
 }
 
-/// In the block's own frame.
-Mesh mesh_of(const MirroredBlock& block) {
-  const BlockBricks bricks(block);
-  const std::size_t count = bricks.list.size();
-  std::vector<kernels::EdgeRecord> edges(count * kernels::kBrickVoxels);
-  std::vector<std::int32_t> vertices(count), triangles(count);
-  const kernels::MeshBricksOf<MirroredBlock> in{
-      block,           bricks.list.data(), bricks.position.data(),     edges.data(),
-      vertices.data(), triangles.data(),   kernels::kCellTable.data(), kMinWeight};
-  for (int i = 0; i < static_cast<int>(count); ++i) kernels::CountBrickOf<MirroredBlock>{in}(i);
-  const auto vertex_total = static_cast<std::size_t>(scan(&vertices));
-  const auto all_triangles = static_cast<std::size_t>(scan(&triangles));
-  const std::size_t own_triangles =
-      static_cast<std::size_t>(bricks.own) < count ? static_cast<std::size_t>(triangles[bricks.own]) : all_triangles;
-
-  Mesh mesh;
-  if (own_triangles == 0) return mesh;
-  mesh.positions.resize(vertex_total);
-  mesh.normals.resize(vertex_total);
-  mesh.colors.resize(block.has_color() ? vertex_total : 0);
-  mesh.triangles.resize(all_triangles);
-  const kernels::WriteBrickOf<MirroredBlock> write{in, &mesh.positions[0].x, &mesh.normals[0].x,
-                                                   block.has_color() ? &mesh.colors[0].r : nullptr,
-                                                   &mesh.triangles[0].a};
-  for (int i = 0; i < static_cast<int>(count); ++i) write(i);
-  mesh.triangles.resize(own_triangles);
-  drop_unused_vertices(&mesh);
-  return mesh;
-}
-
-/// Of the voxel that a point of the block lies in; counted in frames.
-double weight_at(const MirroredBlock& block, const Mesh::Float3& p) {
-  const auto voxel = [&](float x) { return static_cast<int>(std::floor(x / block.voxel_size)); };
-  const kernels::VoxelAddress at = block.find({voxel(p.x), voxel(p.y), voxel(p.z)});
-  return at.brick < 0 ? 0 : static_cast<double>(kernels::unpack<float>(block.voxel(at)).weight);
+bool sees(const Pinhole& k, const Eigen::Vector3d& p) {
+  if (p.z() <= 0) return false;
+  const double u = p.x() / p.z() * static_cast<double>(k.fx) + static_cast<double>(k.cx);
+  const double v = p.y() / p.z() * static_cast<double>(k.fy) + static_cast<double>(k.cy);
+  return u >= 0 && v >= 0 && u < k.width && v < k.height;
 }
 
 }  // namespace
 
-std::vector<MapBlock> BrickMirror::update(const MapUpdate& update) {
+/// The bricks of a block and those around it.
+class BrickMirror::Surroundings {
+ public:
+  Surroundings(const BrickMirror& mirror, const MapBlock& block)
+      : first_{block.x * kBlockBricks, block.y * kBlockBricks, block.z * kBlockBricks} {
+    for (int i = 0; i < kAround; ++i) {
+      const kernels::VoxelPosition at = local(i);
+      const auto brick = mirror.bricks_.find(key_of({first_.x + at.x, first_.y + at.y, first_.z + at.z}));
+      bricks_[static_cast<std::size_t>(i)] = brick == mirror.bricks_.end() ? nullptr : &brick->second;
+    }
+  }
+  const Brick* brick(int number) const { return bricks_[static_cast<std::size_t>(number)]; }
+  /// The brick that a voxel of the block or next to it lies in, or null.
+  const Brick* brick_at(const kernels::VoxelPosition& voxel) const {
+    const kernels::VoxelPosition at = kernels::brick_of(voxel);
+    const auto outside = [](int x) { return x < -1 || x > kBlockBricks; };
+    return outside(at.x) || outside(at.y) || outside(at.z) ? nullptr : brick(number_of(at));
+  }
+  const kernels::VoxelPosition& first() const { return first_; }
+
+ private:
+  kernels::VoxelPosition first_;  ///< counted in bricks
+  std::array<const Brick*, kAround> bricks_{};
+};
+
+BrickMirror::BrickMirror(std::size_t max_bricks) : max_bricks_(max_bricks), host_(make_backend("cpu", 1)) {}
+
+double BrickMirror::block_size() const { return kBlockBricks * kernels::kBrickSide * voxel_size_; }
+
+std::vector<ReachedBlock> BrickMirror::update(const MapUpdate& update, const MapViews& views) {
   voxel_size_ = update.voxel_size;
+  truncation_ = update.truncation;
   world_from_map_ = update.world_from_map;
   has_color_ = !update.colors.empty();
-  std::set<MapBlock> reached;
+  std::map<MapBlock, bool> reached;
   for (std::size_t i = 0; i < update.bricks.size(); ++i) {
     const kernels::VoxelPosition at = kernels::brick_of({update.bricks[i].x, update.bricks[i].y, update.bricks[i].z});
-    const Position position{at.x, at.y, at.z};
-    if (is_full() && !bricks_.contains(position)) continue;
-    Brick& brick = bricks_[position];
+    const bool is_new = !bricks_.contains(key_of(at));
+    if (is_new && is_full()) continue;
+    Brick& brick = bricks_[key_of(at)];
     const auto first = static_cast<std::ptrdiff_t>(i * Map::kBrickVoxels);
-    std::copy_n(update.voxels.begin() + first, Map::kBrickVoxels, brick.voxels.begin());
-    if (has_color_) std::copy_n(update.colors.begin() + first, Map::kBrickVoxels, brick.colors.begin());
+    std::copy_n(update.voxels.begin() + first, Map::kBrickVoxels, brick.words.voxels.begin());
+    if (has_color_) std::copy_n(update.colors.begin() + first, Map::kBrickVoxels, brick.words.colors.begin());
+    note_views(at, views, &brick);
     for (int k = 0; k < 8; ++k)  // cells of the bricks below reach into this one
-      reached.insert({block_of(at.x - (k & 1)), block_of(at.y - (k >> 1 & 1)), block_of(at.z - (k >> 2))});
+      reached[{block_of(at.x - (k & 1)), block_of(at.y - (k >> 1 & 1)), block_of(at.z - (k >> 2))}] |= is_new;
   }
-  return {reached.begin(), reached.end()};
+  std::vector<ReachedBlock> blocks;
+  for (const auto& [block, is_new] : reached) blocks.push_back({block, is_new});
+  return blocks;
+}
+
+/// The weight that the brick has gained, by where it was seen from.
+void BrickMirror::note_views(const kernels::VoxelPosition& at, const MapViews& views, Brick* brick) const {
+  const double before = brick->weight;
+  brick->weight = weight_of(brick->words);
+  const double gained = brick->weight - before;
+  if (gained <= 0) return;  // it counts as seen as often as it can be, or the camera sees what stood behind it
+  const double size = kernels::kBrickSide * voxel_size_;
+  const Eigen::Vector3d middle = size * (Eigen::Vector3d(at.x, at.y, at.z) + Eigen::Vector3d::Constant(0.5));
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const SE3& world_from_camera : views.world_from_camera) {
+    const SE3 camera_from_map = world_from_camera.inverse() * world_from_map_;
+    const Eigen::Vector3d p = camera_from_map * middle;
+    if (!sees(views.camera, p)) continue;
+    const double near = std::min(1.0, kFullDistance * kFullDistance / p.squaredNorm());
+    sum -= near * (camera_from_map.rotation().transpose() * p.normalized());
+    ++count;
+  }
+  if (count == 0) return;
+  brick->weight_in_view += gained;
+  const Eigen::Vector3f mean = (sum / count).cast<float>();
+  const auto share = static_cast<float>(gained / brick->weight_in_view);
+  brick->to_cameras = brick->to_cameras * (1 - share) + Vec3<float>{mean.x(), mean.y(), mean.z()} * share;
+}
+
+double BrickMirror::seen_at(const Surroundings& around, const Mesh::Float3& position,
+                            const Mesh::Float3& normal) const {
+  const auto voxel = [&](float x) { return static_cast<int>(std::floor(static_cast<double>(x) / voxel_size_)); };
+  const kernels::VoxelPosition at{voxel(position.x), voxel(position.y), voxel(position.z)};
+  const Brick* brick = around.brick_at(at);
+  if (brick == nullptr) return 0;
+  const auto offset = static_cast<std::size_t>(kernels::offset_in_brick(at));
+  const auto weight = static_cast<double>(kernels::unpack<float>(brick->words.voxels[offset]).weight);
+  if (brick->weight_in_view == 0) return kUnknownView * weight;
+  return weight * std::max(0.0, static_cast<double>(dot(brick->to_cameras, {normal.x, normal.y, normal.z})));
 }
 
 BlockSurface BrickMirror::surface(const MapBlock& block) const {
-  const MirroredBlock around(*this, block);
-  BlockSurface surface{mesh_of(around), {}};
-  for (const Mesh::Float3& p : surface.mesh.positions) surface.weights.push_back(weight_at(around, p));
-  transform_mesh(world_from_map_ * SE3(Eigen::Matrix3d::Identity(), around.corner()), &surface.mesh);
+  const Surroundings around(*this, block);
+  HostBricks bricks(voxel_size_, has_color_);
+  int counts[3] = {};
+  for (const Part part : {Part::own, Part::above, Part::beside}) {
+    for (int i = 0; i < kAround; ++i) {
+      if (around.brick(i) == nullptr || part_of(local(i)) != part) continue;
+      bricks.add(local(i), around.brick(i)->words, truncation_, kMinWeight);
+      ++counts[static_cast<int>(part)];
+    }
+  }
+  BlockSurface surface{bricks.extract_mesh(*host_, counts[0], counts[0] + counts[1]), {}};
+  const Mesh& mesh = surface.mesh;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    surface.seen.push_back(seen_at(around, mesh.positions[i], mesh.normals[i]));
+  const kernels::VoxelPosition& first = around.first();
+  const Eigen::Vector3d corner = kernels::kBrickSide * voxel_size_ * Eigen::Vector3d(first.x, first.y, first.z);
+  transform_mesh(world_from_map_ * SE3(Eigen::Matrix3d::Identity(), corner), &surface.mesh);
   return surface;
 }
 

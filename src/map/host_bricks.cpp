@@ -50,11 +50,15 @@ kernels::SparseBricks HostBricks::view_of_all() {
 }
 
 Mesh HostBricks::extract_mesh() {
-  const auto host = make_backend("cpu");
+  const int all = static_cast<int>(states_.size());
+  return extract_mesh(*make_backend("cpu"), all, all);
+}
+
+Mesh HostBricks::extract_mesh(const Backend& host, int own, int listed) {
   const kernels::SparseBricks view = view_of_all();
   std::vector<std::int32_t> every(states_.size());
   std::iota(every.begin(), every.end(), 0);
-  return mesh_of_bricks(*host, *host->fine_fusion(), view, {every.data(), every.data(), view.bricks}, 1);
+  return mesh_of_bricks(host, *host.fine_fusion(), view, {every.data(), every.data(), listed, own}, 1);
 }
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// A map of any extent as the passes of marching cubes read it, in the host's memory.
+// A map of any extent, or a part of one, as the passes of marching cubes read it, in the host's memory.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 
 #include "kernels/sparse_bricks.h"
 #include "map/packed_bricks.h"
+#include "plumbline/backend.h"
 #include "plumbline/mesh.h"
 
 namespace plumbline {
@@ -22,6 +23,11 @@ class HostBricks {
   /// In the map's frame; empty where there is no surface. With all of the machine's threads, which do not change it.
   /// Throws Error for more elements than 31 bits count, std::bad_alloc.
   Mesh extract_mesh();
+  /// The surface in the first `own` of the bricks that were added, on the host's backend; those before `listed` lie on
+  /// the own ones' upper sides, and all others are only read. Throws as above.
+  Mesh extract_mesh(const Backend& host, int own, int listed);
+
+  bool has_color() const { return with_color_; }
 
  private:
   kernels::SparseBricks view_of_all();

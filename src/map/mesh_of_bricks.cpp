@@ -30,6 +30,10 @@ std::vector<std::int32_t> entry_of_each(const std::vector<std::int32_t>& list, s
   return entries;
 }
 
+std::size_t first_of(const Backend& backend, const DeviceArray<std::int32_t>& scanned, int entry) {
+  return static_cast<std::size_t>(scanned.download(backend, static_cast<std::size_t>(entry) + 1).back());
+}
+
 void transform_mesh(const SE3& world_from_mesh, Mesh* mesh) {
   const RigidTransform k = to_kernel(world_from_mesh);
   for (Mesh::Float3& p : mesh->positions) {

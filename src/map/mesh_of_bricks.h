@@ -26,11 +26,14 @@ struct ListedBricks {
   const std::int32_t* list;      ///< brick of each entry
   const std::int32_t* position;  ///< entry of each brick, −1 for those that are not listed
   int entries;
+  int own = entries;  ///< the first so many: the others only bring vertices on the own bricks' upper faces
 };
 
-/// The surface in the listed bricks, in the map's frame; empty where there is none. `stages`: the backend, or those of
-/// it that know this map. Throws Error for more vertices or
-/// triangles than 31 bits count, std::bad_alloc.
+/// What a scan of counts leaves at an entry: how many all before it have together.
+std::size_t first_of(const Backend& backend, const DeviceArray<std::int32_t>& scanned, int entry);
+
+/// The surface in the own bricks, in the map's frame; empty where there is none. `stages`: the backend, or those of
+/// it that know this map. Throws Error for more vertices or triangles than 31 bits count, std::bad_alloc.
 template <class Map, class Stages>
 Mesh mesh_of_bricks(const Backend& backend, const Stages& stages, const Map& map, const ListedBricks& listed,
                     int min_weight) {
@@ -51,7 +54,8 @@ Mesh mesh_of_bricks(const Backend& backend, const Stages& stages, const Map& map
   const auto triangles = static_cast<std::size_t>(backend.scan(triangle_count.data(), listed.entries));
 
   Mesh mesh;
-  if (triangles == 0) return mesh;
+  const auto own = listed.own == listed.entries ? triangles : first_of(backend, triangle_count, listed.own);
+  if (own == 0) return mesh;
   const DeviceArray<Mesh::Float3> positions(backend, vertices), normals(backend, vertices);
   const DeviceArray<Mesh::Rgb> colors(backend, map.has_color() ? vertices : 0);
   const DeviceArray<Mesh::Triangle> indices(backend, triangles);
@@ -60,7 +64,7 @@ Mesh mesh_of_bricks(const Backend& backend, const Stages& stages, const Map& map
              listed.entries);
   mesh.positions = positions.download(backend);
   mesh.normals = normals.download(backend);
-  mesh.triangles = indices.download(backend);
+  mesh.triangles = indices.download(backend, own);
   mesh.colors = colors.download(backend);
   drop_unused_vertices(&mesh);
   return mesh;

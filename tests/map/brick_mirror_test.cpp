@@ -71,12 +71,12 @@ class AMirror : public testing::Test {
 TEST_F(AMirror, HasTheSurfaceOfTheMap) {
   BrickMirror mirror(10'000);
   Mesh all;
-  for (const MapBlock& block : mirror.update(volume_.copy_bricks(volume_.bricks_with_surface()))) {
+  for (const auto& [block, is_new] : mirror.update(volume_.copy_bricks(volume_.bricks_with_surface()))) {
     const BlockSurface surface = mirror.surface(block);
-    ASSERT_EQ(surface.weights.size(), surface.mesh.positions.size());
+    ASSERT_EQ(surface.seen.size(), surface.mesh.positions.size());
     ASSERT_EQ(surface.mesh.normals.size(), surface.mesh.positions.size());
     ASSERT_EQ(surface.mesh.colors.size(), surface.mesh.positions.size());
-    for (const double weight : surface.weights) EXPECT_TRUE(weight >= 0 && weight <= 3) << weight;
+    for (const double weight : surface.seen) EXPECT_TRUE(weight >= 0 && weight <= 3) << weight;
     for (const Mesh::Float3& n : surface.mesh.normals) EXPECT_NEAR(std::hypot(n.x, n.y, n.z), 1, 1e-4);
     const auto first = static_cast<std::uint32_t>(all.positions.size());
     all.positions.insert(all.positions.end(), surface.mesh.positions.begin(), surface.mesh.positions.end());
@@ -101,7 +101,7 @@ TEST_F(AMirror, TakesPartsAndTellsWhatTheyReach) {
   whole.update(volume_.copy_bricks(bricks));
   std::vector<MapBlock> reached;
   for (const BrickKey brick : bricks)
-    for (const MapBlock& block : parts.update(volume_.copy_bricks({brick}))) reached.push_back(block);
+    for (const auto& [block, is_new] : parts.update(volume_.copy_bricks({brick}))) reached.push_back(block);
   std::sort(reached.begin(), reached.end());
   reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
   std::size_t triangles = 0;
@@ -111,6 +111,35 @@ TEST_F(AMirror, TakesPartsAndTellsWhatTheyReach) {
   }
   EXPECT_GT(triangles, 1000U);
   EXPECT_TRUE(whole.surface({50, 50, 50}).mesh.triangles.empty());
+}
+
+/// Of the surface that faces the camera, how well it was seen from so far in front of the sphere's middle.
+double seen_from(const Volume& volume, const Pinhole& camera, const Eigen::Vector3d& eye,
+                 const Eigen::Vector3d& facing) {
+  BrickMirror mirror(10'000);
+  const SE3 world_from_camera = volume.world_from_volume() * sim::look_at(eye, {0.5, 0.5, 0.5});
+  const Eigen::Vector3d normal = volume.world_from_volume().rotation() * facing.normalized();
+  double best = 0;
+  for (const auto& [block, is_new] :
+       mirror.update(volume.copy_bricks(volume.bricks_with_surface()), {camera, {world_from_camera}})) {
+    const BlockSurface surface = mirror.surface(block);
+    for (std::size_t i = 0; i < surface.seen.size(); ++i) {
+      const Mesh::Float3& n = surface.mesh.normals[i];
+      if (normal.dot(Eigen::Vector3d(n.x, n.y, n.z)) > 0.99) best = std::max(best, surface.seen[i]);
+    }
+  }
+  return best;
+}
+
+TEST_F(AMirror, KnowsHowWellASurfaceWasSeen) {
+  const Eigen::Vector3d middle(0.5, 0.5, 0.5), before = Eigen::Vector3d(-0.9, -0.3, 0.4).normalized();
+  const Eigen::Vector3d near_eye = middle + 1.2 * before, far_eye = middle + 2.3 * before;
+  const double near_by = seen_from(volume_, camera_, near_eye, before);
+  EXPECT_NEAR(near_by, 3, 0.2) << "three frames, from 0.9 m";
+  EXPECT_NEAR(seen_from(volume_, camera_, far_eye, before), 3 / 4.0, 0.1) << "from 2 m";
+  const Eigen::Vector3d aside = before.unitOrthogonal();
+  const double oblique = seen_from(volume_, camera_, near_eye, before + aside);
+  EXPECT_TRUE(oblique > 0.4 * near_by && oblique < 0.8 * near_by) << oblique << " of " << near_by;
 }
 
 TEST_F(AMirror, IsBounded) {

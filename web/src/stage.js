@@ -94,12 +94,17 @@ export class Stage {
   }
 
   resize() {
+    if (this.setSize()) this.draw(); // at once: a resized canvas is blank
+  }
+
+  /** False while the view has no size. */
+  setSize() {
     const { clientWidth: width, clientHeight: height } = this.host;
-    if (!width || !height) return;
+    if (!width || !height) return false;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2) * this.resolution);
     this.renderer.setSize(width, height);
     this.setLens();
-    this.draw(); // at once: a resized canvas is blank
+    return true;
   }
 
   setLens() {

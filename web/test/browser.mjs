@@ -26,7 +26,8 @@ if (!chromium || !driver) {
 export const launch = () =>
   driver.chromium.launch({
     executablePath: chromium,
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage'],
+    // As Chromium is without a graphics card: WebGL is drawn by SwiftShader, pages are put together by Skia.
+    args: ['--no-sandbox', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage', ...(process.env.PLUMBLINE_CHROMIUM_FLAGS ?? '').split(' ').filter(Boolean)],
   });
 
 /** Until a condition holds in the page, which may forbid what playwright's own waiting evaluates there. */

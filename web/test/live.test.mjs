@@ -107,7 +107,7 @@ test('a recording: it grows, stands still, goes back, is cropped and finished', 
   });
 
   await t.test('shows what the camera sees', async () => {
-    await until(page, () => ['color', 'depth'].every((id) => document.getElementById(id).querySelector('img').naturalWidth === 160));
+    await until(page, () => ['color', 'depth'].every((id) => document.getElementById(id).querySelector('canvas').width === 160));
   });
 
   await t.test('Space lets it stand still', async () => {
@@ -133,6 +133,42 @@ test('a recording: it grows, stands still, goes back, is cropped and finished', 
     const { frame } = await state(page);
     await page.click('#go');
     await until(page, (i) => window.plumbline.state.phase === 'running' && window.plumbline.state.frame.index > i, frame.index);
+    await page.click('#go');
+    await until(page, () => window.plumbline.state.phase === 'paused');
+  });
+
+  await t.test('while it stands still all is drawn, and as much as there is time for when it goes on', async () => {
+    const rested = () => {
+      const { viewer } = window.plumbline;
+      const seen = [...viewer.surface.regions.values()].filter(({ sphere }) => viewer.surface.frustum.intersectsSphere(sphere));
+      return viewer.resolution === 1 && viewer.surface.drawn > 0 && viewer.surface.drawn === seen.reduce((sum, { triangles }) => sum + triangles[0], 0);
+    };
+    assert.equal(await page.evaluate(() => document.body.classList.contains('slow')), true);
+    await until(page, rested);
+    const { frame } = await state(page);
+    await page.click('#go');
+    await until(page, (i) => window.plumbline.state.frame.index > i && window.plumbline.viewer.resolution < 1, frame.index);
+    await page.click('#go');
+    await until(page, () => window.plumbline.state.phase === 'paused');
+    await until(page, rested);
+  });
+
+  await t.test('a page that draws slowly gets the newest, and nothing piles up', async () => {
+    await page.evaluate(() => {
+      const { viewer } = window.plumbline;
+      window.shown = [];
+      viewer.show = (onDrawn) => {
+        window.shown.push(window.plumbline.state.frame.index);
+        setTimeout(() => Object.getPrototypeOf(viewer).show.call(viewer, onDrawn), 1200);
+      };
+    });
+    await page.click('#go');
+    await until(page, () => window.shown.length > 4);
+    const { shown, maxUnshown, missing } = await page.evaluate(() => ({ shown: window.shown, maxUnshown: window.plumbline.maxUnshown, missing: window.plumbline.link.socket.bufferedAmount }));
+    assert.equal(maxUnshown, 1);
+    assert.equal(missing, 0);
+    assert.ok(shown.at(-1) - shown[1] >= 2 * (shown.length - 2), `frames are left out: ${shown}`);
+    await page.evaluate(() => delete window.plumbline.viewer.show);
     await page.click('#go');
     await until(page, () => window.plumbline.state.phase === 'paused');
   });
@@ -188,12 +224,12 @@ test('a recording: it grows, stands still, goes back, is cropped and finished', 
 });
 
 test('a loss is guided, and found again', { timeout: 280_000 }, async () => {
-  const run = start('run', join(folder, 'covered'), '-o', join(folder, 'out-covered'), '--view', '--realtime', '--speed', '0.12', '--detail', 'off', '--no-color');
+  const run = start('run', join(folder, 'covered'), '-o', join(folder, 'out-covered'), '--view', '--realtime', '--speed', '0.25', '--detail', 'off', '--no-color');
   const { page, complaints, close } = await open(run);
   await until(page, () => window.plumbline.state.frame?.status === 'lost');
   await until(page, () => document.getElementById('hint').dataset.kind === 'back');
   assert.match(await page.textContent('#hint'), /Turn back here/);
-  await page.locator('#good img').waitFor();
+  await page.locator('#good canvas').waitFor();
   const ghost = await page.evaluate(() => ({ isLost: window.plumbline.viewer.isLost, at: window.plumbline.viewer.marker.position.toArray(), path: window.plumbline.viewer.path.slice(-3) }));
   assert.equal(ghost.isLost, true);
   assert.ok(Math.hypot(...ghost.at.map((x, k) => x - ghost.path[k])) < 0.2, 'the ghost stands where the camera was still tracked');
@@ -311,7 +347,7 @@ test('strangers are refused, and nothing stops', { timeout: 280_000 }, async (t)
 test('a camera waits for its start, and its latest frames can be undone', { timeout: 280_000 }, async () => {
   const run = start('run', 'live:', '--depth', `virtual:${join(folder, 'desk')}`, '--speed', '0.1', '-o', join(folder, 'out-live'), '--view', ...SMALL);
   const { page, complaints, close } = await open(run);
-  await until(page, () => window.plumbline.state.phase === 'ready' && document.getElementById('depth').querySelector('img').naturalWidth === 160);
+  await until(page, () => window.plumbline.state.phase === 'ready' && document.getElementById('depth').querySelector('canvas').width === 160);
   assert.match(await page.textContent('#hint'), /Aim, then start/);
   assert.equal((await state(page)).frames, 0);
   await page.keyboard.press('Space');
@@ -333,7 +369,7 @@ test('a recording being made: images alone, ended by the page', { timeout: 280_0
   const out = join(folder, 'recorded');
   const run = start('record', '--depth', `virtual:${join(folder, 'desk')}`, '--speed', '0.1', '-o', out, '--view');
   const { page, complaints, close } = await open(run);
-  await until(page, () => ['color', 'depth'].every((id) => document.getElementById(id).querySelector('img').naturalWidth === 160));
+  await until(page, () => ['color', 'depth'].every((id) => document.getElementById(id).querySelector('canvas').width === 160));
   assert.equal(await page.textContent('#status'), 'Recording');
   assert.equal(await page.isVisible('#go'), false);
   await until(page, () => window.plumbline.state.frames > 3);

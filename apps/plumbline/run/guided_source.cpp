@@ -89,6 +89,7 @@ std::optional<Frame> GuidedSource::stand_still(const std::function<bool()>& stop
     while (const std::optional<Request> request = view_.take_request())
       if (!obey(*request)) return std::nullopt;
   }
+  if (stopping()) return std::nullopt;
   source_->delay((std::chrono::steady_clock::now() - begin) / std::chrono::nanoseconds(1));
   return next(stopping);
 }

@@ -8,8 +8,9 @@
 namespace plumbline::app {
 namespace {
 
-constexpr std::size_t kMaxSurfaceBytes = 400'000;  ///< an update: a page is to show 15 of them a second
-constexpr std::size_t kMaxPath = 20'000;           ///< positions
+constexpr std::size_t kMaxSurfaceBytes = 150'000;    ///< an update: a page is to show 15 of them a second
+constexpr std::chrono::milliseconds kFrameSoon{60};  ///< after a state, the next one may be expected
+constexpr std::size_t kMaxPath = 20'000;             ///< positions
 
 }  // namespace
 
@@ -24,6 +25,7 @@ void Board::set_state(const Json& members) {
   const std::lock_guard lock(mutex_);
   state_.update(members);
   state_version_ = ++version_;
+  state_time_ = std::chrono::steady_clock::now();
   listener_();
 }
 
@@ -44,7 +46,6 @@ void Board::add_path(const std::vector<std::array<float, 3>>& positions, int epo
 void Board::set_picture(const std::string& kind, std::string message) {
   const std::lock_guard lock(mutex_);
   pictures_[kind] = {++version_, std::make_shared<const std::string>(std::move(message))};
-  listener_();
 }
 
 void Board::set_surface(const MapBlock& block, std::string message, int epoch) {
@@ -54,7 +55,14 @@ void Board::set_surface(const MapBlock& block, std::string message, int epoch) {
   surfaces_.erase(version);
   version = ++version_;
   surfaces_[version] = std::make_shared<const std::string>(std::move(message));
+}
+
+bool Board::announce_surfaces() {
+  const std::lock_guard lock(mutex_);
+  if (surfaces_.empty() || state_version_ > surfaces_.rbegin()->first) return true;
+  if (std::chrono::steady_clock::now() - state_time_ < kFrameSoon) return false;
   listener_();
+  return true;
 }
 
 void Board::clear_map(int epoch) {

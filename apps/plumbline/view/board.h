@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -36,15 +37,20 @@ class Board {
   void set_state(const Json& members);
   /// What comes of an earlier map is ignored, here and below.
   void add_path(const std::vector<std::array<float, 3>>& positions, int epoch);
+  /// Goes out with the next state.
   void set_picture(const std::string& kind, std::string message);
+  /// Goes out with the next state, or see below.
   void set_surface(const MapBlock& block, std::string message, int epoch);
+  /// Tells pages of surfaces that no state has followed. False while one may be expected soon, which is to take them
+  /// along, so that a page draws once.
+  bool announce_surfaces();
   /// A new map, by its number: path and surface are gone, and pages drop theirs.
   void clear_map(int epoch);
 
   /// Called, from any thread, when there is something new; it must return at once and call nothing of this. To be set
   /// before anything else is.
   void set_listener(std::function<void()> listener) { listener_ = std::move(listener); }
-  /// What a page lacks: surfaces up to about 400 kB at a time, and then the state under the cursor's new number.
+  /// What a page lacks: surfaces up to about 150 kB at a time, and then the state under the cursor's new number.
   std::vector<Message> next(Cursor* cursor) const;
 
  private:
@@ -62,6 +68,7 @@ class Board {
   Json scene_ = Json::object(), state_ = Json::object();
   int epoch_ = 0;
   std::uint64_t version_ = 0, scene_version_ = 0, state_version_ = 0;
+  std::chrono::steady_clock::time_point state_time_;
   std::vector<std::array<float, 3>> path_;
   int path_step_ = 1, path_skipped_ = 0;
   std::map<std::string, Entry> pictures_;

@@ -14,11 +14,15 @@ namespace {
 constexpr double kSpan = 0.25;                        ///< seconds that speeds are measured over
 constexpr double kFastTurn = 55, kVeryFastTurn = 90;  ///< degrees a second
 constexpr double kFastShift = 0.6;                    ///< of the distance to what is seen, a second
-constexpr double kTooNear = 0.45;                     ///< metres: depth cameras lose their readings below
-constexpr double kFewReadings = 0.3;                  ///< of the pixels
-constexpr double kMaxCondition = 2000;                ///< of the registration's system: a direction is nearly open
-constexpr double kMinInliers = 0.15;                  ///< of the pixels with depth
-constexpr double kSmoothing = 0.15;                   ///< weight of the newest frame
+constexpr double kSlowTurn = 15, kSlowShift = 0.15;   ///< degrees, metres a second: slower than this smears nothing
+constexpr double kBlurred = 0.7;                      ///< of the usual sharpness
+constexpr std::size_t kSharpImages = 90, kBlurredImages = 3;
+constexpr double kTooNear = 0.45;       ///< metres: depth cameras lose their readings below
+constexpr double kFewReadings = 0.3;    ///< of the pixels
+constexpr double kMaxCondition = 2000;  ///< of the registration's system: a direction is nearly open
+constexpr double kMinInliers = 0.15;    ///< of the pixels with depth
+constexpr std::uintmax_t kDiskNearlyFull = 1'000'000'000, kMegabyte = 1'000'000;
+constexpr double kSmoothing = 0.15;  ///< weight of the newest frame
 
 Hint lost_hint(const FrameReport& report) {
   if (report.tracking.status == TrackingStatus::provisional)
@@ -30,6 +34,19 @@ Hint lost_hint(const FrameReport& report) {
 }
 
 }  // namespace
+
+std::vector<Hint> standing_hints(std::optional<std::uintmax_t> free_bytes, const std::string& folder,
+                                 const std::string& sensor) {
+  std::vector<Hint> hints;
+  if (free_bytes && *free_bytes < kDiskNearlyFull)
+    hints.push_back(
+        {"disk", "Disk nearly full", fmt::format("{} MB are left at {}.", *free_bytes / kMegabyte, folder)});
+  if (sensor.starts_with("not connected"))
+    hints.push_back({"sensor", "The sensor is silent", "It is " + sensor + "; the images go on without it."});
+  else if (sensor.starts_with("not "))
+    hints.push_back({"sensor", "Turn the sensor around", "It is " + sensor + "."});
+  return hints;
+}
 
 std::vector<Hint> Guide::advise(const FrameReport& report, const DepthStatistics& depth) {
   std::vector<Hint> hints;
@@ -62,6 +79,21 @@ void Guide::observe_hold(const TrackingResult& tracking) {
   open_ += kSmoothing * ((is_open ? 1.0 : 0.0) - open_);
 }
 
+void Guide::observe_sharpness(double value) {
+  sharpness_.push_back(value);
+  if (sharpness_.size() > kSharpImages) sharpness_.pop_front();
+}
+
+/// Whether the latest images are all less sharp than those of the latest seconds usually are.
+bool Guide::is_blurred() const {
+  if (sharpness_.size() < 5 * kBlurredImages) return false;
+  std::vector<double> sorted(sharpness_.begin(), sharpness_.end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return std::all_of(sharpness_.end() - kBlurredImages, sharpness_.end(),
+                     [&](double value) { return value < kBlurred * *middle; });
+}
+
 void Guide::advise_speed(double distance, std::vector<Hint>* hints) const {
   const double seconds = places_.back().seconds - places_.front().seconds;
   if (seconds < 0.4 * kSpan) return;
@@ -73,6 +105,8 @@ void Guide::advise_speed(double distance, std::vector<Hint>* hints) const {
                       fmt::format("The camera turns at {:.0f}° a second.", turn)});
   else if (shift > kFastShift * std::max(distance, 1.0))
     hints->push_back({"slower", "Slower", fmt::format("The camera moves at {:.1f} m a second.", shift)});
+  else if ((turn > kSlowTurn || shift > kSlowShift) && is_blurred())
+    hints->push_back({"slower", "Slower", "The images are blurred."});
 }
 
 void Guide::advise_range(const DepthStatistics& depth, std::vector<Hint>* hints) const {

@@ -1,7 +1,6 @@
 #include "view/live_view.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include "io/images/jpeg.h"
 #include "plumbline/time.h"
 #include "view/message.h"
+#include "view/priority.h"
 
 namespace plumbline::app {
 namespace {
@@ -17,16 +17,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Json = Board::Json;
 
-constexpr int kBricksPerFrame = 160;               ///< that are copied for pages: what a frame's time allows
-constexpr int kMaxUnmeshed = 3;                    ///< updates that wait for the worker
-constexpr std::size_t kMaxBricks = 65536;          ///< 256 MiB
-constexpr double kPictureInterval = 55;            ///< milliseconds
-constexpr std::chrono::milliseconds kSettle{120};  ///< a block waits so long for its other bricks
+constexpr int kBricksPerFrame = 160;                       ///< that are copied for pages: what a frame's time allows
+constexpr double kPictureInterval = 30;                    ///< milliseconds
+constexpr int kPictureWidth = 240, kRecordingWidth = 320;  ///< pixels at most: as wide as the page shows them
+constexpr std::size_t kMaxViews = 64;
 constexpr std::chrono::milliseconds kLingerPoll{20};
 constexpr std::size_t kMaxRequests = 16;
-constexpr int kLowPriority = 10;  ///< of the worker, which takes the time that the tracker leaves
-constexpr int kQuality = 80;      ///< of JPEG
-constexpr std::uintmax_t kDiskNearlyFull = 1'000'000'000, kMegabyte = 1'000'000;
+constexpr int kLowPriority = 5;  ///< steps of the worker, which the tracker goes before
+constexpr int kQuality = 75;     ///< of JPEG
 
 double now_milliseconds() {
   return std::chrono::duration<double, std::milli>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -67,31 +65,24 @@ Eigen::Vector3d up_of(const Frame& frame, const SE3& world_from_camera, double f
   return rotation * Eigen::Vector3d(0, fy < 0 ? 1 : -1, 0);
 }
 
-/// What holds for longer than a frame: the disk is nearly full, the sensor is not ready.
-std::vector<Hint> standing_hints(const std::string& folder, const std::string& sensor) {
-  std::vector<Hint> hints;
+std::vector<Hint> hints_of(const std::string& folder, const std::string& sensor) {
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
-  if (!error && space.available < kDiskNearlyFull)
-    hints.push_back(
-        {"disk", "Disk nearly full", fmt::format("{} MB are left at {}.", space.available / kMegabyte, folder)});
-  if (sensor.starts_with("not ")) hints.push_back({"sensor", "Turn the sensor around", "It is " + sensor + "."});
-  return hints;
+  return standing_hints(error ? std::nullopt : std::optional(space.available), folder, sensor);
 }
 
 }  // namespace
 
 LiveView::LiveView(const ViewOptions& options)
-    : mirror_(kMaxBricks), server_(options, &board_, [this](const Request& request) { receive(request); }) {
+    : preview_(&board_, [this](const std::string& why) { end(why); }),
+      server_(options, &board_, [this](const Request& request) { receive(request); }) {
   worker_ = std::thread([this] { work(); });
 }
 
 LiveView::~LiveView() {
   stopping_ = true;
-  ++bell_;
-  bell_.notify_all();
+  mailbox_.ring();
   worker_.join();
-  delete mailbox_.exchange(nullptr);
 }
 
 void LiveView::set_scene(const ViewScene& scene) {
@@ -112,6 +103,7 @@ void LiveView::follow(Pipeline* pipeline, bool and_keep) {
   if (and_keep) return;
   frames_ = tracked_ = ups_ = 0;
   up_.setZero();
+  views_.clear();
   board_.clear_map(++epoch_);
   board_.set_state({{"frame", nullptr}, {"frames", 0}, {"tracked", 0}, {"hints", Json::array()}});
 }
@@ -120,6 +112,7 @@ void LiveView::before(const Frame& /*frame*/, FrameDiagnostics* /*diagnostics*/)
 
 void LiveView::observe(const ProcessedFrame& processed) {
   auto packet = std::make_unique<Packet>();
+  packet->epoch = epoch_;
   const FrameReport& report = processed.report;
   const bool is_tracked = has_pose(report.tracking.status);
   ++frames_;
@@ -131,36 +124,35 @@ void LiveView::observe(const ProcessedFrame& processed) {
   if (is_tracked) {
     up_ += up_of(processed.frame, report.world_from_camera, scene_.camera.fy);
     ++ups_;
+    note_view(report);
     const Eigen::Vector3f t = report.world_from_camera.translation().cast<float>();
     packet->path.push_back({t.x(), t.y(), t.z()});
   }
   if (ups_ > 0) facts.up = up_.normalized();
   packet->facts = std::move(facts);
   if (wants_picture())
-    packet->picture = small_frame(processed.frame.depth, processed.frame.color, processed.frame.depth_scale);
-  take_changes(packet.get());
-  hand(std::move(packet));
+    packet->picture =
+        small_frame(processed.frame.depth, processed.frame.color, processed.frame.depth_scale, kPictureWidth);
+  mailbox_.put(std::move(packet));
+  take_changes();
 }
 
 void LiveView::show(const DepthImage& depth, const ColorImage& color, double depth_scale) {
   stamp_ = now_milliseconds();
   if (!wants_picture()) return;
   auto packet = std::make_unique<Packet>();
-  packet->picture = small_frame(depth, color, depth_scale);
-  hand(std::move(packet));
+  packet->epoch = epoch_;
+  packet->picture = small_frame(depth, color, depth_scale, scene_.has_map ? kPictureWidth : kRecordingWidth);
+  mailbox_.put(std::move(packet));
 }
 
 void LiveView::set_recording(std::uint64_t frames, double rate, std::uint64_t dropped, const std::string& sensor) {
-  std::vector<Hint> hints = standing_hints(scene_.output, sensor);
+  std::vector<Hint> hints = hints_of(scene_.output, sensor);
   board_.set_state(
       {{"frames", frames}, {"rate", rate}, {"dropped", dropped}, {"sensor", sensor}, {"hints", json_of(hints)}});
 }
 
-void LiveView::idle() {
-  auto packet = std::make_unique<Packet>();
-  take_changes(packet.get());
-  if (!packet->updates.empty()) hand(std::move(packet));
-}
+void LiveView::idle() { take_changes(); }
 
 bool LiveView::wants_picture() {
   if (server_.pages() == 0 || has_picture_ || stamp_ - picture_stamp_ < kPictureInterval) return false;
@@ -168,28 +160,33 @@ bool LiveView::wants_picture() {
   return has_picture_ = true;
 }
 
-void LiveView::take_changes(Packet* packet) {
-  if (pipeline_ == nullptr || server_.pages() == 0 || unmeshed_ >= kMaxUnmeshed) return;
-  MapUpdate update = pipeline_->take_changes(kBricksPerFrame);
-  if (update.bricks.empty()) return;
-  packet->updates.push_back(std::move(update));
-  ++unmeshed_;
+/// While no page watches, evenly spaced ones of all frames are kept.
+void LiveView::note_view(const FrameReport& report) {
+  if (++views_skipped_ < view_step_) return;
+  views_skipped_ = 0;
+  views_.push_back(report.world_from_camera);
+  if (views_.size() < kMaxViews) return;
+  for (std::size_t i = 0; 2 * i < views_.size(); ++i) views_[i] = views_[2 * i];
+  views_.resize((views_.size() + 1) / 2);
+  view_step_ *= 2;
 }
 
-/// Only this thread puts packets in, so nothing is lost between the two exchanges.
-void LiveView::hand(std::unique_ptr<Packet> packet) {
-  packet->epoch = epoch_;
-  const std::unique_ptr<Packet> old{mailbox_.exchange(nullptr)};
-  if (old && !packet->picture) packet->picture = std::move(old->picture);
-  if (old && old->epoch == packet->epoch) {
-    std::move(packet->updates.begin(), packet->updates.end(), std::back_inserter(old->updates));
-    packet->updates = std::move(old->updates);
-    packet->path.insert(packet->path.begin(), old->path.begin(), old->path.end());
-    if (!packet->facts) packet->facts = std::move(old->facts);
-  }
-  mailbox_.exchange(packet.release());
-  ++bell_;
-  bell_.notify_one();
+void LiveView::take_changes() {
+  if (pipeline_ == nullptr || server_.pages() == 0 || preview_.is_busy()) return;
+  MapUpdate update = pipeline_->take_changes(kBricksPerFrame);
+  if (update.bricks.empty()) return;
+  const bool is_all = update.waiting == 0;
+  preview_.hand(std::make_unique<MapChange>(MapChange{epoch_, stamp_, {scene_.camera, views_}, std::move(update)}));
+  if (!is_all && view_step_ > 1) return;  // what comes next was seen while no page watched, too
+  view_step_ = 1;
+  views_.clear();
+}
+
+void LiveView::Packet::follow(Packet&& older) {
+  if (!picture) picture = std::move(older.picture);
+  if (older.epoch != epoch) return;
+  path.insert(path.begin(), older.path.begin(), older.path.end());
+  if (!facts) facts = std::move(older.facts);
 }
 
 void LiveView::set_phase(ViewPhase phase, const std::string& text, double progress) {
@@ -245,40 +242,38 @@ void LiveView::fail(const std::string& message) {
 }
 
 void LiveView::work() {
-  setpriority(PRIO_PROCESS, 0, kLowPriority);  // of this thread alone
+  lower_priority(kLowPriority);
   try {
     while (!stopping_) work_once();
-  } catch (const std::exception& error) {  // the page ends, not the run
-    board_.set_state(
-        {{"phase", name_of(ViewPhase::failed)}, {"note", fmt::format("The page cannot go on: {}", error.what())}});
+  } catch (const std::exception& error) {
+    end(error.what());
   }
 }
 
+/// The page ends, not the run.
+void LiveView::end(const std::string& why) {
+  board_.set_state({{"phase", name_of(ViewPhase::failed)}, {"note", fmt::format("The page cannot go on: {}", why)}});
+}
+
 void LiveView::work_once() {
-  const unsigned rung = bell_;
-  if (const std::unique_ptr<Packet> packet{mailbox_.exchange(nullptr)}) return apply(*packet);
-  if (mesh_one()) return;
-  if (dirty_.empty())
-    bell_.wait(rung);
+  const unsigned rung = mailbox_.rung();
+  if (const std::unique_ptr<Packet> packet = mailbox_.take())
+    apply(*packet);
   else
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // until a block has settled
+    mailbox_.wait(rung);
 }
 
 void LiveView::apply(const Packet& packet) {
   if (worker_epoch_ != packet.epoch) {
     worker_epoch_ = packet.epoch;
-    mirror_.clear();
-    dirty_.clear();
-    unmeshed_ = static_cast<int>(packet.updates.size());
     guide_ = Guide(scene_.max_depth);
   }
   if (!packet.path.empty()) board_.add_path(packet.path, packet.epoch);
-  if (packet.facts) apply_facts(*packet.facts);
   if (packet.picture) apply_picture(*packet.picture);
-  for (const MapUpdate& update : packet.updates) {
-    for (const MapBlock& block : mirror_.update(update)) dirty_.try_emplace(block, Clock::now());
-    --unmeshed_;
-  }
+  if (packet.facts)
+    apply_facts(*packet.facts);
+  else
+    board_.set_state(Json::object());  // sends the picture
 }
 
 void LiveView::apply_facts(const Facts& facts) {
@@ -286,11 +281,11 @@ void LiveView::apply_facts(const Facts& facts) {
   is_tracked_ = has_pose(report.tracking.status);
   if (Clock::now() - disk_checked_ > std::chrono::seconds(2)) {
     disk_checked_ = Clock::now();
-    standing_ = standing_hints(scene_.output, facts.sensor);
+    standing_ = hints_of(scene_.output, facts.sensor);
   }
   std::vector<Hint> hints = guide_.advise(report, depth_);
   hints.insert(hints.end(), standing_.begin(), standing_.end());
-  if (mirror_.is_full())
+  if (preview_.is_full())
     hints.push_back({"full", "The preview is full", "The map goes on growing; this page shows no more of it."});
   Json frame = {{"index", report.index},
                 {"time", to_seconds(report.time)},
@@ -316,22 +311,12 @@ void LiveView::apply_facts(const Facts& facts) {
 
 void LiveView::apply_picture(const SmallFrame& picture) {
   depth_ = depth_statistics(picture.depth, picture.depth_scale);
+  if (!picture.color.empty()) guide_.observe_sharpness(sharpness(picture.color));
   const ColorImage depth = depth_colors(picture.depth, picture.depth_scale);
   board_.set_picture("depth", picture_message("depth", depth));
   if (!picture.color.empty()) board_.set_picture("color", picture_message("color", picture.color));
   if (is_tracked_) good_ = picture_message("good", picture.color.empty() ? depth : picture.color);
   has_picture_ = false;
-}
-
-/// The block that has waited longest, once its other bricks have had time to come. False if there is none.
-bool LiveView::mesh_one() {
-  const auto oldest =
-      std::min_element(dirty_.begin(), dirty_.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (oldest == dirty_.end() || Clock::now() - oldest->second < kSettle) return false;
-  const MapBlock block = oldest->first;
-  dirty_.erase(oldest);
-  board_.set_surface(block, surface_message(block, mirror_.surface(block), worker_epoch_), worker_epoch_);
-  return true;
 }
 
 }  // namespace plumbline::app

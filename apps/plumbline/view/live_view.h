@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,14 +14,14 @@
 #include <thread>
 #include <vector>
 
-#include "map/brick_mirror.h"
-#include "plumbline/map.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/pipeline.h"
 #include "reconstruction/frame_loop.h"
 #include "view/board.h"
 #include "view/crop_box.h"
 #include "view/guidance.h"
+#include "view/mailbox.h"
+#include "view/map_preview.h"
 #include "view/page_server.h"
 #include "view/picture.h"
 #include "view/request.h"
@@ -43,7 +42,8 @@ struct ViewScene {
 };
 
 /// The frame loop hands its newest state over without waiting for anybody; a thread of lower priority makes of it what
-/// pages are sent. All calls but those of the server come from the thread of the frame loop.
+/// pages are sent, and another, of still lower priority, the surface. All calls but those of the server come from the
+/// thread of the frame loop.
 class LiveView : public FrameObserver {
  public:
   /// Throws Error where the port cannot be had.
@@ -91,18 +91,18 @@ class LiveView : public FrameObserver {
     std::optional<Eigen::Vector3d> up;  ///< world axes, as measured
     std::string sensor;
   };
-  /// What the frame loop hands over: the newest, and all changes of the map.
+  /// What the frame loop hands over: the newest, and all positions.
   struct Packet {
     int epoch = 0;
     std::optional<Facts> facts;
     std::optional<SmallFrame> picture;
-    std::vector<MapUpdate> updates;
     std::vector<Position> path;
+    void follow(Packet&& older);
   };
 
-  void hand(std::unique_ptr<Packet> packet);
   bool wants_picture();
-  void take_changes(Packet* packet);
+  void note_view(const FrameReport& report);
+  void take_changes();
   void receive(const Request& request);
 
   // Of the thread that makes messages.
@@ -111,14 +111,12 @@ class LiveView : public FrameObserver {
   void apply(const Packet& packet);
   void apply_facts(const Facts& facts);
   void apply_picture(const SmallFrame& picture);
-  bool mesh_one();
+  void end(const std::string& why);
 
   Board board_;
-  std::atomic<Packet*> mailbox_ = nullptr;
-  std::atomic<unsigned> bell_ = 0;
+  Mailbox<Packet> mailbox_;
   std::atomic<bool> stopping_ = false;
   std::atomic<int> epoch_ = 0;             ///< of the pipeline that is followed
-  std::atomic<int> unmeshed_ = 0;          ///< updates that the worker has not taken
   std::atomic<bool> has_picture_ = false;  ///< one that the worker has not taken
 
   // Of the frame loop.
@@ -128,18 +126,18 @@ class LiveView : public FrameObserver {
   int frames_ = 0, tracked_ = 0;
   std::deque<double> recent_;  ///< stamps of frames
   double picture_stamp_ = 0;
+  std::vector<SE3> views_;  ///< world_from_camera of frames whose changes no page has yet been sent
+  int view_step_ = 1, views_skipped_ = 0;
   Eigen::Vector3d up_ = Eigen::Vector3d::Zero();  ///< sum of what was measured
   int ups_ = 0;
   std::string sensor_;
 
   // Of the worker.
   int worker_epoch_ = 0;
-  BrickMirror mirror_;
   Guide guide_{8};
   DepthStatistics depth_;
   std::string good_;  ///< the final picture while tracked
   bool was_tracked_ = false, is_tracked_ = false;
-  std::map<MapBlock, std::chrono::steady_clock::time_point> dirty_;  ///< since when
   std::chrono::steady_clock::time_point disk_checked_;
   std::vector<Hint> standing_;  ///< hints of disk and sensor
 
@@ -148,6 +146,7 @@ class LiveView : public FrameObserver {
   std::atomic<bool> has_request_ = false;
   std::optional<CropBox> crop_;
 
+  MapPreview preview_;
   std::thread worker_;
   PageServer server_;  // last: it calls the others
 };

@@ -21,7 +21,8 @@ std::string encode_message(nlohmann::ordered_json json,
 /// Middle, turn (quaternion x y z w) and sides, metres; null for none.
 nlohmann::ordered_json box_json(const std::optional<CropBox>& box);
 
-/// A block's surface, which replaces what the page has of that block. `epoch`: of the map, see `Board`.
-std::string surface_message(const MapBlock& block, const BlockSurface& surface, int epoch);
+/// A block's surface, which replaces what the page has of that block. Blocks of a region have the same origin and step,
+/// so that a page draws them as one. `stamp`: see MapChange, 0 if nothing is new; `epoch`: of the map, see `Board`.
+std::string surface_message(const MapBlock& block, const BrickMirror& map, double stamp, int epoch);
 
 }  // namespace plumbline::app

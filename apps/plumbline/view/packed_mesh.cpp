@@ -13,6 +13,12 @@ namespace {
 
 // Of the mesh's size: far above what half a million triangles of a room need, so that the budget decides.
 constexpr float kLargestError = 0.05f;
+/// Of a level: its share of the triangles of the one before, and the error that is allowed for it, of the mesh's size.
+struct Coarseness {
+  double share;
+  float max_error;
+};
+constexpr std::array<Coarseness, 2> kLevels = {{{0.17, 0.03f}, {0.2, 0.1f}}};
 constexpr std::uint32_t kUnused = ~0U;
 
 std::vector<std::uint32_t> indices_of(const Mesh& mesh) {
@@ -84,19 +90,55 @@ Eigen::Vector3d finite(const Mesh::Float3& p) {
   return {number(p.x), number(p.y), number(p.z)};
 }
 
-void pack_positions(const Mesh& mesh, const std::vector<std::uint32_t>& source, PackedMesh* packed) {
+MeshGrid grid_around(const Mesh& mesh, const std::vector<std::uint32_t>& source) {
   Eigen::Vector3d low = finite(mesh.positions[source.front()]), high = low;
   for (const std::uint32_t i : source) {
     low = low.cwiseMin(finite(mesh.positions[i]));
     high = high.cwiseMax(finite(mesh.positions[i]));
   }
-  packed->origin = low;
-  packed->step = std::max(1e-9, (high - low).maxCoeff() / 65535);
+  return {low, std::max(1e-9, (high - low).maxCoeff() / 65535)};
+}
+
+void pack_positions(const Mesh& mesh, const std::vector<std::uint32_t>& source, const MeshGrid& grid,
+                    PackedMesh* packed) {
+  packed->origin = grid.origin;
+  packed->step = grid.step;
   packed->positions = encoded<std::uint16_t>(source, [&](std::uint32_t i) {
-    const Eigen::Vector3d p = (finite(mesh.positions[i]) - low) / packed->step;
-    const auto whole = [](double x) { return static_cast<std::uint16_t>(std::lround(x)); };
+    const Eigen::Vector3d p = (finite(mesh.positions[i]) - grid.origin) / grid.step;
+    const auto whole = [](double x) { return static_cast<std::uint16_t>(std::lround(std::clamp(x, 0.0, 65535.0))); };
     return std::array<std::uint16_t, 4>{whole(p.x()), whole(p.y()), whole(p.z()), 0};
   });
+}
+
+void pack_attributes(const Mesh& mesh, const std::vector<double>& errors, double error_range,
+                     const std::vector<std::uint32_t>& source, PackedMesh* packed) {
+  if (!mesh.normals.empty())
+    packed->normals = encoded<std::int8_t>(source, [&](std::uint32_t i) {
+      const Eigen::Vector3d n = 127 * finite(mesh.normals[i]).cwiseMax(-1).cwiseMin(1);
+      const auto whole = [](double x) { return static_cast<std::int8_t>(std::lround(x)); };
+      return std::array<std::int8_t, 4>{whole(n.x()), whole(n.y()), whole(n.z()), 0};
+    });
+  if (!mesh.colors.empty())
+    packed->colors = encoded<std::uint8_t>(source, [&](std::uint32_t i) {
+      return std::array<std::uint8_t, 4>{mesh.colors[i].r, mesh.colors[i].g, mesh.colors[i].b, 255};
+    });
+  if (!errors.empty())
+    packed->errors = encoded<std::uint8_t>(source, [&](std::uint32_t i) {
+      const double share = std::clamp(errors[i] / error_range, 0.0, 1.0);
+      return std::array<std::uint8_t, 4>{static_cast<std::uint8_t>(std::lround(255 * share)), 0, 0, 255};
+    });
+}
+
+/// Collapses edges but those of the rim, down to a share of the triangles or up to an error, which is a share of the
+/// mesh's size.
+std::vector<std::uint32_t> coarser(const std::vector<std::uint32_t>& indices,
+                                   const std::vector<Mesh::Float3>& positions, const Coarseness& to) {
+  std::vector<std::uint32_t> fewer(indices.size());
+  const auto target = static_cast<std::size_t>(to.share * static_cast<double>(indices.size() / 3)) * 3;
+  fewer.resize(meshopt_simplify(fewer.data(), indices.data(), indices.size(), &positions.front().x, positions.size(),
+                                sizeof(Mesh::Float3), target, to.max_error, meshopt_SimplifyLockBorder, nullptr));
+  meshopt_optimizeVertexCache(fewer.data(), fewer.data(), fewer.size(), positions.size());
+  return fewer;
 }
 
 }  // namespace
@@ -110,23 +152,33 @@ PackedMesh pack_mesh(const Mesh& mesh, const std::vector<double>& errors, double
       indices.empty() ? thinned(mesh.positions.size()) : order(&indices, mesh.positions.size());
   packed.vertices = source.size();
   packed.triangles = indices.size() / 3;
-  pack_positions(mesh, source, &packed);
+  pack_positions(mesh, source, grid_around(mesh, source), &packed);
   packed.indices = encoded_indices(indices, source.size());
-  if (!mesh.normals.empty())
-    packed.normals = encoded<std::int8_t>(source, [&](std::uint32_t i) {
-      const Eigen::Vector3d n = 127 * finite(mesh.normals[i]).cwiseMax(-1).cwiseMin(1);
-      const auto whole = [](double x) { return static_cast<std::int8_t>(std::lround(x)); };
-      return std::array<std::int8_t, 4>{whole(n.x()), whole(n.y()), whole(n.z()), 0};
-    });
-  if (!mesh.colors.empty())
-    packed.colors = encoded<std::uint8_t>(source, [&](std::uint32_t i) {
-      return std::array<std::uint8_t, 4>{mesh.colors[i].r, mesh.colors[i].g, mesh.colors[i].b, 255};
-    });
-  if (!errors.empty())
-    packed.errors = encoded<std::uint8_t>(source, [&](std::uint32_t i) {
-      const double share = std::clamp(errors[i] / error_range, 0.0, 1.0);
-      return std::array<std::uint8_t, 4>{static_cast<std::uint8_t>(std::lround(255 * share)), 0, 0, 255};
-    });
+  pack_attributes(mesh, errors, error_range, source, &packed);
+  return packed;
+}
+
+PackedMesh pack_levels(const Mesh& mesh, const std::vector<double>& errors, double error_range, const MeshGrid& grid) {
+  PackedMesh packed;
+  if (mesh.triangles.empty()) return packed;
+  std::vector<std::uint32_t> indices = indices_of(mesh);
+  const std::vector<std::uint32_t> source = order(&indices, mesh.positions.size());
+  std::vector<Mesh::Float3> positions;
+  positions.reserve(source.size());
+  for (const std::uint32_t i : source) positions.push_back(mesh.positions[i]);
+  packed.vertices = source.size();
+  packed.triangles = indices.size() / 3;
+  const auto add_level = [&] {
+    packed.level_triangles.push_back(indices.size() / 3);
+    packed.level_indices.push_back(encoded_indices(indices, source.size()));
+  };
+  add_level();
+  for (const Coarseness& to : kLevels) {
+    indices = coarser(indices, positions, to);
+    add_level();
+  }
+  pack_positions(mesh, source, grid, &packed);
+  pack_attributes(mesh, errors, error_range, source, &packed);
   return packed;
 }
 

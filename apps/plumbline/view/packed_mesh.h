@@ -24,10 +24,23 @@ struct PackedMesh {
   std::string colors;                                ///< 4 uint8 a vertex: r, g, b, 255
   std::string errors;                                ///< 4 uint8 a vertex: error, 0, 0, 255; 255 = `error_range`
   std::string indices;                               ///< uint32; empty for a cloud of points
+  /// Of `pack_levels`, the finest first: triangles and their indices, as `indices`.
+  std::vector<std::size_t> level_triangles;
+  std::vector<std::string> level_indices;
+};
+
+/// What positions are counted in.
+struct MeshGrid {
+  Eigen::Vector3d origin;  ///< metres
+  double step;             ///< metres; the grid is 65536 steps wide
 };
 
 /// `errors`: one a vertex, metres, or none. Coordinates that are not finite are taken for zero.
 PackedMesh pack_mesh(const Mesh& mesh, const std::vector<double>& errors = {}, double error_range = 1,
                      std::size_t triangle_budget = kTriangleBudget);
+
+/// With all triangles, and with ever fewer: three levels that share their vertices, and the rim, so that neighbours
+/// meet without a gap. Only the coarsest leaves gaps where it must. The mesh must have triangles, or nothing at all.
+PackedMesh pack_levels(const Mesh& mesh, const std::vector<double>& errors, double error_range, const MeshGrid& grid);
 
 }  // namespace plumbline::app

@@ -9,7 +9,6 @@
 namespace plumbline::app {
 namespace {
 
-constexpr int kMaxWidth = 320;
 constexpr double kNearest = 0.4, kFarthest = 5;  ///< metres, the ends of the colours
 
 template <class T>
@@ -32,6 +31,21 @@ std::array<std::uint8_t, 3> spectrum(double share) {
           channel(1.5 - std::abs(4 * share - 3.2))};
 }
 
+/// Mean square of the differences between pixels that lie so far apart. An edge that is smeared has the same
+/// differences in sum, but smaller squares.
+double variation(const ColorImage& image, int dx, int dy) {
+  const int n = image.channels, green = n > 1 ? 1 : 0;
+  std::int64_t sum = 0;
+  for (int y = 0; y + dy < image.height; ++y) {
+    const std::uint8_t *here = image.row(y) + green, *there = image.row(y + dy) + dx * n + green;
+    for (int x = 0; x + dx < image.width; ++x) {
+      const int difference = there[x * n] - here[x * n];
+      sum += difference * difference;
+    }
+  }
+  return static_cast<double>(sum) / std::max(1, (image.width - dx) * (image.height - dy));
+}
+
 /// A colour for each reading: computed once a picture, by 256 steps of inverse depth, so that what is near shows more.
 std::array<std::array<std::uint8_t, 3>, 256> palette() {
   std::array<std::array<std::uint8_t, 3>, 256> colors{};
@@ -41,8 +55,8 @@ std::array<std::array<std::uint8_t, 3>, 256> palette() {
 
 }  // namespace
 
-SmallFrame small_frame(const DepthImage& depth, const ColorImage& color, double depth_scale) {
-  const int step = std::max(1, (depth.width + kMaxWidth - 1) / kMaxWidth);
+SmallFrame small_frame(const DepthImage& depth, const ColorImage& color, double depth_scale, int max_width) {
+  const int step = std::max(1, (depth.width + max_width - 1) / max_width);
   SmallFrame small{thinned(depth, step), {}, depth_scale};
   if (!color.empty()) small.color = thinned(color, step);
   return small;
@@ -71,6 +85,15 @@ DepthStatistics depth_statistics(const DepthImage& depth, double depth_scale) {
   const auto middle = readings.begin() + static_cast<std::ptrdiff_t>(readings.size() / 2);
   std::nth_element(readings.begin(), middle, readings.end());
   return {static_cast<double>(readings.size()) / static_cast<double>(pixels), *middle / depth_scale};
+}
+
+double sharpness(const ColorImage& color) {
+  constexpr int kFar = 4;
+  constexpr double kNoise = 4;  // square grey levels: where there is no more, nothing is there to be sharp
+  const auto along = [&](int dx, int dy) {
+    return variation(color, dx, dy) / (variation(color, kFar * dx, kFar * dy) + kNoise);
+  };
+  return std::min(along(1, 0), along(0, 1));
 }
 
 }  // namespace plumbline::app

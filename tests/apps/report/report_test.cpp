@@ -71,13 +71,15 @@ double area(const std::vector<Eigen::Vector3d>& positions, const std::vector<std
   return sum;
 }
 
-std::vector<std::uint32_t> indices_of(const PackedMesh& packed) {
-  std::vector<std::uint32_t> indices(3 * packed.triangles);
-  EXPECT_EQ(
-      meshopt_decodeIndexBuffer(indices.data(), indices.size(), sizeof indices[0],
-                                reinterpret_cast<const unsigned char*>(packed.indices.data()), packed.indices.size()),
-      0);
+std::vector<std::uint32_t> decoded_indices(const std::string& bytes, std::size_t triangles) {
+  std::vector<std::uint32_t> indices(3 * triangles);
+  EXPECT_EQ(meshopt_decodeIndexBuffer(indices.data(), indices.size(), sizeof indices[0],
+                                      reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()),
+            0);
   return indices;
+}
+std::vector<std::uint32_t> indices_of(const PackedMesh& packed) {
+  return decoded_indices(packed.indices, packed.triangles);
 }
 
 TEST(PackMesh, KeepsASmallMeshAsItIs) {
@@ -125,6 +127,37 @@ TEST(PackMesh, LooseTrianglesAndPointsHaveABudgetToo) {
   EXPECT_EQ(packed.vertices, app::kPointBudget / 2 + 1);
   EXPECT_TRUE(positions_of(packed)[0].isApprox(Eigen::Vector3d(1, 2, 0)));
   EXPECT_EQ(app::pack_mesh(Mesh()).vertices, 0u);
+}
+
+/// Edges that one triangle alone has, by their vertices in order.
+std::set<std::pair<std::uint32_t, std::uint32_t>> rim_of(const std::vector<std::uint32_t>& indices) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> counts;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const std::uint32_t a = indices[i], b = indices[i % 3 == 2 ? i - 2 : i + 1];
+    ++counts[{std::min(a, b), std::max(a, b)}];
+  }
+  std::set<std::pair<std::uint32_t, std::uint32_t>> rim;
+  for (const auto& [edge, count] : counts)
+    if (count == 1) rim.insert(edge);
+  return rim;
+}
+
+TEST(PackLevels, HasEverFewerTrianglesAndTheSameRim) {
+  const app::MeshGrid grid{{-4, -1, -1}, 1e-4};
+  const PackedMesh packed = app::pack_levels(sheet(41), {}, 1, grid);
+  EXPECT_EQ(packed.origin, grid.origin) << "as for its neighbours";
+  ASSERT_EQ(packed.level_triangles.size(), 3U);
+  const std::vector<Eigen::Vector3d> positions = positions_of(packed);
+  for (const Eigen::Vector3d& p : positions) EXPECT_NEAR(p.z(), 0.05 * std::sin(9 * (p.x() + 3)), 2e-4);
+  const auto all = decoded_indices(packed.level_indices[0], packed.level_triangles[0]);
+  EXPECT_EQ(packed.level_triangles[0], 3200U);
+  for (std::size_t level = 1; level < 3; ++level) {
+    EXPECT_LT(packed.level_triangles[level], packed.level_triangles[level - 1] / 2);
+    const auto fewer = decoded_indices(packed.level_indices[level], packed.level_triangles[level]);
+    EXPECT_EQ(rim_of(fewer), rim_of(all));
+    EXPECT_NEAR(area(positions, fewer), area(positions, all), level == 1 ? 0.02 : 0.1);
+  }
+  EXPECT_TRUE(app::pack_levels(Mesh(), {}, 1, grid).level_triangles.empty());
 }
 
 TEST(Base64, IsRfc4648) {

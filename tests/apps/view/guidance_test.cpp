@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "plumbline/angles.h"
 
@@ -26,6 +29,7 @@ class Walk {
     const std::vector<Hint> hints = guide_.advise(report, depth);
     return hints.empty() ? "" : hints.front().kind;
   }
+  void see(double sharpness) { guide_.observe_sharpness(sharpness); }
   static TrackingResult good() {
     TrackingResult tracking;
     tracking.status = TrackingStatus::tracked;
@@ -57,6 +61,56 @@ TEST(Guide, SaysSlowerOfTurnsAndMoves) {
   EXPECT_EQ(after_a_second(-70.0, 0.0), "slower");
   EXPECT_EQ(after_a_second(0.0, 1.5), "slower");
   EXPECT_EQ(after_a_second(0.0, 1.5, DepthStatistics{0.8, 4.0}), "") << "what is far may pass faster";
+}
+
+/// Two seconds of images that are sharp, then some that are not.
+std::string after_blur(double degrees_a_second, double sharp, double blurred, int images) {
+  Walk walk;
+  std::string hint;
+  for (int i = 0; i < 60 + images; ++i) {
+    walk.see(i < 60 ? sharp : blurred);
+    hint = walk.next(degrees_a_second, 0.0);
+  }
+  return hint;
+}
+
+TEST(Guide, SaysSlowerOfBlur) {
+  EXPECT_EQ(after_blur(30, 0.5, 0.25, 3), "slower");
+  EXPECT_EQ(after_blur(30, 0.2, 0.1, 5), "slower") << "what counts is how sharp the images of this place are";
+  EXPECT_EQ(after_blur(30, 0.5, 0.45, 5), "") << "they are never all the same";
+  EXPECT_EQ(after_blur(30, 0.5, 0.25, 1), "") << "one image says nothing";
+  EXPECT_EQ(after_blur(2, 0.5, 0.25, 5), "") << "it is not the motion";
+}
+
+/// A pattern of blocks, moved over so many pixels a row while the shutter is open.
+ColorImage smeared(int pixels) {
+  ColorImage image(120, 80, 3);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      int sum = 0;
+      for (int k = 0; k < pixels; ++k) sum += ((x + k) / 7 * 31 + y / 7 * 57) % 5 * 50;
+      for (int c = 0; c < 3; ++c) image.row(y)[3 * x + c] = static_cast<std::uint8_t>(sum / pixels);
+    }
+  return image;
+}
+
+TEST(Sharpness, FallsWithMotion) {
+  const double sharp = sharpness(smeared(1)), little = sharpness(smeared(3)), much = sharpness(smeared(8));
+  EXPECT_GT(sharp, 1.2 * little);
+  EXPECT_GT(little, 1.2 * much);
+  EXPECT_EQ(sharpness(ColorImage(120, 80, 3)), 0);
+}
+
+TEST(Guide, SaysWhatStandsInTheWay) {
+  EXPECT_TRUE(standing_hints(5'000'000'000, "out", "calibrated").empty());
+  EXPECT_TRUE(standing_hints(std::nullopt, "out", "").empty());
+  const std::vector<Hint> both = standing_hints(300'000'000, "out", "not calibrated");
+  ASSERT_EQ(both.size(), 2U);
+  EXPECT_EQ(both[0].kind, "disk");
+  EXPECT_EQ(both[0].detail, "300 MB are left at out.");
+  EXPECT_EQ(both[1].kind, "sensor");
+  EXPECT_EQ(both[1].text, "Turn the sensor around");
+  EXPECT_EQ(standing_hints(std::nullopt, "out", "not connected").front().text, "The sensor is silent");
 }
 
 TEST(Guide, SaysCloserAndFarther) {

@@ -73,6 +73,9 @@ class Controls {
       this.shadings[0].hidden = true;
       this.shade('clay');
     }
+    const key = JSON.stringify([phase, undo, undo_note, frames === 0]);
+    if (key === this.shownFor) return;
+    this.shownFor = key;
     this.phase = phase;
     const isRunning = phase === 'running';
     const isStanding = phase === 'paused' || phase === 'ready';

@@ -12,12 +12,22 @@ import { Pictures } from './pictures.js';
 
 const KEPT = 2000; // latencies
 
+function keep(latencies, value) {
+  latencies.push(value);
+  if (latencies.length > KEPT) latencies.shift();
+}
+
 class Page {
   constructor() {
     this.state = {};
     this.scene = null;
-    this.latencies = []; // milliseconds from the camera's frame to its picture here
-    this.updates = 0;
+    // Of each new frame: from its coming out of the camera until pose, picture and surface are drawn and the browser has
+    // begun its next picture; and of each new part of the surface, from the frame that brought it. Milliseconds.
+    this.latencies = [];
+    this.surfaceLatencies = [];
+    this.unshown = 0; // updates that came and are not drawn yet
+    this.maxUnshown = 0;
+    this.fresh = []; // stamps of what is new in the surface
     this.viewer = new LiveViewer(byId('scene'));
     this.words = new Words();
     this.pictures = new Pictures();
@@ -34,7 +44,7 @@ class Page {
 
   receive(message) {
     if (message.type === 'scene') this.begin(message);
-    else if (message.type === 'surface' && message.epoch === this.scene?.epoch) this.viewer.surface.set(message);
+    else if (message.type === 'surface' && message.epoch === this.scene?.epoch) this.addSurface(message);
     else if (message.type === 'picture') this.pictures.show(message);
     else if (message.type === 'state') this.update(message);
   }
@@ -46,6 +56,11 @@ class Page {
     this.pictures.forget();
     this.words.setScene(scene);
     this.controls.setScene(scene);
+  }
+
+  addSurface(message) {
+    this.viewer.surface.set(message);
+    if (message.stamp) this.fresh.push(message.stamp);
   }
 
   update(state) {
@@ -69,19 +84,21 @@ class Page {
     if (state.phase === 'finished' || state.phase === 'failed') this.finish(state);
   }
 
-  /** Tells the program when the picture with this update is on the screen. */
+  /** Tells the program when this update is drawn, pictures included. */
   drawn(number, frame) {
-    const tell = () => {
-      this.updates++;
+    if (frame) this.shown = frame.index;
+    const stamps = this.fresh.splice(0);
+    this.maxUnshown = Math.max(this.maxUnshown, ++this.unshown);
+    const isDrawn = this.viewer.renderer ? new Promise((resolve) => this.viewer.show(resolve)) : Promise.resolve();
+    Promise.all([isDrawn, this.pictures.ready]).then(() => {
+      this.unshown--;
       this.link.send('shown', { number });
-      if (!frame) return;
-      this.shown = frame.index;
-      this.latencies.push(performance.timeOrigin + performance.now() - frame.stamp);
-      if (this.latencies.length > KEPT) this.latencies.shift();
-    };
-    if (!this.viewer.renderer) return tell();
-    this.viewer.onDraw.push(tell);
-    this.viewer.render();
+      requestAnimationFrame(() => {
+        const now = performance.timeOrigin + performance.now();
+        if (frame) keep(this.latencies, now - frame.stamp);
+        for (const stamp of stamps) keep(this.surfaceLatencies, now - stamp);
+      });
+    });
   }
 
   cropped(box) {

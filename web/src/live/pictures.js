@@ -3,21 +3,21 @@ import { byId } from '../dom.js';
 
 export class Pictures {
   constructor() {
-    this.urls = {};
     this.counts = { color: 0, depth: 0, good: 0 };
+    this.ready = Promise.resolve(); // once the latest are to be seen
   }
 
   show({ kind, buffers }) {
     const figure = byId(kind);
     if (!figure) return;
-    const image = figure.querySelector('img');
-    const url = URL.createObjectURL(new Blob([buffers.jpeg], { type: 'image/jpeg' }));
-    image.onload = () => {
-      if (this.urls[kind]) URL.revokeObjectURL(this.urls[kind]);
-      this.urls[kind] = url;
-    };
-    image.src = url;
-    this.counts[kind]++;
+    const before = this.ready;
+    this.ready = createImageBitmap(new Blob([buffers.jpeg], { type: 'image/jpeg' })).then((bitmap) => {
+      const canvas = figure.querySelector('canvas');
+      if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
+      canvas.getContext('bitmaprenderer').transferFromImageBitmap(bitmap);
+      this.counts[kind]++;
+      return before;
+    });
     if (kind !== 'good') figure.hidden = false;
     else this.hasGood = true;
     this.arrange();

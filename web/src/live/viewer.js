@@ -6,9 +6,15 @@ import { color } from '../theme.js';
 import { Surface } from './surface.js';
 
 const CAMERA_SIZE = 0.16; // metres
-const SLOW = 45; // milliseconds a picture: then fewer pixels are drawn
-const MIN_RESOLUTION = 0.4;
-const GLIDE = 0.14; // of the way to where the follower should stand, a picture
+const TARGET = 24; // milliseconds a picture
+const MIN_EFFORT = 0.15;
+const REST = 500; // milliseconds without a change: then everything is drawn
+const GLIDE = 0.25; // seconds in which the follower comes near to where it should stand
+const MAX_PATH = 300; // pieces
+
+/** How many triangles, and what share of the pixels along a side, an effort from 0 to 1 stands for. */
+const budgetOf = (effort) => 4000 * 500 ** effort;
+const resolutionOf = (effort) => Math.min(1, Math.max(0.5, Math.round(8 * (1.7 * effort)) / 8));
 
 /** Whether pictures are drawn by the processor. */
 function isSoftware() {
@@ -21,7 +27,12 @@ function isSoftware() {
 
 export class LiveViewer extends Stage {
   constructor(host) {
-    super(host, 'The run goes on all the same.', { antialias: !isSoftware() });
+    const isSlow = isSoftware();
+    super(host, 'The run goes on all the same.', { antialias: !isSlow });
+    document.body.classList.toggle('slow', isSlow);
+    this.effort = isSlow ? 0.3 : 1;
+    this.resolution = resolutionOf(this.effort);
+    this.inFlight = 0; // pictures that are being drawn
     this.mode = 'follow';
     this.surface = new Surface();
     this.path = [];
@@ -94,9 +105,7 @@ export class LiveViewer extends Stage {
       this.scene.remove(this.pathLines);
       this.pathLines.geometry.dispose();
     }
-    const ends = [];
-    for (let i = 0; i + 3 < this.path.length; i += 3)
-      if (Math.hypot(...[0, 1, 2].map((k) => this.path[i + 3 + k] - this.path[i + k])) < 0.5) ends.push(...this.path.slice(i, i + 6));
+    const ends = thinned(this.path);
     this.pathLines = segments(ends, 'estimate', 2);
     this.pathLines.material.color.set(color('estimate'));
     this.scene.add(this.pathLines);
@@ -120,7 +129,7 @@ export class LiveViewer extends Stage {
 
   /** All of the surface in sight, from where it is seen now. */
   overlook() {
-    if (!this.surface.blocks.size) return;
+    if (!this.surface.size) return;
     const { center, radius } = this.surface.extent();
     const back = this.camera.position.clone().sub(this.controls.target).projectOnPlane(this.up);
     if (back.lengthSq() < 1e-6) back.set(this.up.y, this.up.z, this.up.x).projectOnPlane(this.up);
@@ -138,44 +147,110 @@ export class LiveViewer extends Stage {
     level.normalize();
     const target = this.marker.position.clone().addScaledVector(forward, 1.4);
     const stand = this.marker.position.clone().addScaledVector(level, -1.5).addScaledVector(this.up, 0.9);
-    this.controls.target.lerp(target, GLIDE);
-    this.camera.position.lerp(stand, GLIDE);
+    const now = performance.now();
+    const share = 1 - Math.exp((Math.max(-0.2, (this.followedAt ?? now - 30) - now) / 1e3) / GLIDE);
+    this.followedAt = now;
+    this.controls.target.lerp(target, share);
+    this.camera.position.lerp(stand, share);
     this.controls.update();
   }
 
-  draw() {
-    if (this.mode === 'follow' && this.marker && this.pose) this.follow();
-    if (this.mode === 'scene' && this.grown !== this.surface.blocks.size) {
-      this.grown = this.surface.blocks.size;
-      this.overlook();
-    }
-    if (this.isLost && this.marker) this.marker.scale.setScalar(1 + 0.25 * Math.sin(performance.now() / 160));
-    else this.marker?.scale.setScalar(1);
-    this.camera.updateMatrixWorld();
-    this.surface.sky.value.copy(this.up).transformDirection(this.camera.matrixWorldInverse);
-    super.draw();
-    this.pace();
-    for (const action of this.onDraw.splice(0)) action();
+  /** Draws a change; `onDrawn` is called once it is drawn, which a page in the background does not do. */
+  show(onDrawn) {
+    this.onDraw.push(onDrawn);
+    this.resting = false;
+    if (document.hidden) this.render();
+    else this.draw();
   }
 
-  /** Fewer pixels where pictures take long, more again where there is time. */
-  pace() {
+  /** One picture after the other: what is to be drawn meanwhile is drawn after it. */
+  render() {
+    if (this.isPlacing) return;
+    this.resting = false;
+    if (this.inFlight) this.again = true;
+    else super.render();
+  }
+
+  draw() {
+    this.place();
+    if (this.isLost && this.marker) this.marker.scale.setScalar(1 + 0.25 * Math.sin(performance.now() / 160));
+    else this.marker?.scale.setScalar(1);
+    this.setResolution(this.resting ? 1 : resolutionOf(this.effort));
+    this.camera.updateMatrixWorld();
+    this.surface.sky.value.copy(this.up).transformDirection(this.camera.matrixWorldInverse);
+    this.surface.prepare(this.camera, this.resting ? Infinity : budgetOf(this.effort));
+    const begin = performance.now();
+    super.draw();
+    const actions = this.onDraw.splice(0);
+    const { resting } = this;
+    this.inFlight++;
+    finished(this.renderer.getContext()).then(() => {
+      this.inFlight--;
+      for (const action of actions) action();
+      if (!resting) this.pace(performance.now() - begin);
+      if (this.again) this.render();
+      this.again = false;
+    });
+  }
+
+  /** As many triangles and pixels as there is time for, and all of them once nothing moves. */
+  pace(took) {
+    this.took = took;
+    if (took > TARGET) this.effort = Math.max(MIN_EFFORT, this.effort - (took > 2 * TARGET ? 0.06 : 0.02));
+    else if (took < 0.6 * TARGET) this.effort = Math.min(1, this.effort + 0.01);
     clearTimeout(this.settling);
-    if (this.resolution < 1) this.settling = setTimeout(() => this.setResolution(1), 600); // nothing moves: all pixels
-    const now = performance.now();
-    const took = now - (this.drawnAt ?? now);
-    this.drawnAt = now;
-    if (took === 0 || took > 1000) return; // nothing was to be drawn in between
-    this.took = (this.took ?? 30) + 0.1 * (took - (this.took ?? 30));
-    const step = this.took > SLOW ? 0.75 : this.took < 0.5 * SLOW ? 1.25 : 1;
-    const wanted = Math.min(1, Math.max(MIN_RESOLUTION, step * this.resolution));
-    if (wanted === this.resolution || now - (this.pacedAt ?? 0) < 1500) return;
-    this.pacedAt = now;
-    this.setResolution(wanted);
+    this.settling = setTimeout(() => {
+      this.resting = true;
+      if (!this.inFlight) this.draw();
+    }, REST);
+  }
+
+  /** Where the view's camera moves by itself. */
+  place() {
+    this.isPlacing = true;
+    if (this.mode === 'follow' && this.marker && this.pose && !this.resting) this.follow();
+    if (this.mode === 'scene' && this.grown !== this.surface.size) {
+      this.grown = this.surface.size;
+      this.overlook();
+    }
+    this.isPlacing = false;
   }
 
   setResolution(share) {
+    const now = performance.now();
+    const isChange = share !== this.resolution && (share === 1 || this.resolution === 1 || now - (this.resizedAt ?? 0) > 1000);
+    if (!isChange) return;
+    this.resizedAt = now;
     this.resolution = share;
-    this.resize();
+    this.setSize();
   }
+}
+
+/** The path as pairs of ends, in few enough pieces. */
+function thinned(path) {
+  for (let spacing = 0.01; ; spacing *= 2) {
+    const ends = [];
+    for (let from = 0, i = 3; i + 2 < path.length; i += 3) {
+      const distance = Math.hypot(path[i] - path[from], path[i + 1] - path[from + 1], path[i + 2] - path[from + 2]);
+      if (distance < spacing && i + 5 < path.length) continue;
+      if (distance < 0.5) ends.push(...path.slice(from, from + 3), ...path.slice(i, i + 3));
+      from = i;
+    }
+    if (ends.length <= 6 * MAX_PATH || spacing > 0.4) return ends;
+  }
+}
+
+/** Resolves when all that was to be drawn so far is drawn. */
+function finished(gl) {
+  const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+  gl.flush();
+  return new Promise((resolve) => {
+    const look = () => {
+      const status = fence && !gl.isContextLost() ? gl.clientWaitSync(fence, 0, 0) : gl.WAIT_FAILED;
+      if (status === gl.TIMEOUT_EXPIRED) return setTimeout(look, 2);
+      if (fence) gl.deleteSync(fence);
+      resolve();
+    };
+    setTimeout(look, 2);
+  });
 }

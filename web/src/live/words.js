@@ -2,6 +2,7 @@
 import { byId, element, figure } from '../dom.js';
 
 const HOLD = 900; // milliseconds that a hint stays at least: words that flicker are not read
+const FIGURES = 250; // milliseconds that figures stay
 const MINOR = new Set(['time a frame', 'matched']); // left out where there is little room
 const URGENT = new Set(['back', 'confirm', 'slower', 'little', 'closer', 'farther']);
 const ICONS = {
@@ -43,7 +44,7 @@ export class Words {
     const isLost = phase === 'running' && frame?.status === 'lost';
     const text = isLost ? `Lost: ${REASONS[frame.reason] ?? frame.reason}` : (this.scene?.map === false && phase === 'running' ? 'Recording' : PHASES[phase] ?? '');
     const status = byId('status');
-    if (status.textContent !== text) status.textContent = text;
+    setText(status, text);
     status.dataset.kind = isLost ? 'lost' : phase;
     document.body.dataset.phase = phase;
   }
@@ -52,6 +53,9 @@ export class Words {
     const running = phase === 'running' ? hints : [];
     this.main(running.find(({ kind }) => URGENT.has(kind)) ?? (phase === 'ready' ? { kind: 'ready', text: 'Aim, then start', detail: 'Begin with things and edges in view, one to two metres away.' } : null));
     const rest = hints.filter(({ kind }) => !URGENT.has(kind));
+    const text = JSON.stringify(rest);
+    if (text === this.restText) return;
+    this.restText = text;
     byId('aside-hints').replaceChildren(...rest.map(({ text, detail }) => element('p', {}, element('b', {}, text), ` ${detail}`)));
   }
 
@@ -65,11 +69,23 @@ export class Words {
     if (!hint) return;
     box.dataset.kind = hint.kind;
     byId('hint-icon').setAttribute('d', ICONS[hint.kind] ?? 'M12 5v9M12 18v.5');
-    if (byId('hint-text').textContent !== hint.text) byId('hint-text').textContent = hint.text;
-    byId('hint-detail').textContent = hint.detail;
+    setText(byId('hint-text'), hint.text);
+    setText(byId('hint-detail'), hint.detail);
   }
 
-  figures({ frame, frames = 0, tracked = 0, rate, dropped, sensor, orientation }, { viewer }) {
+  /** Numbers that change with every frame cannot be read, and laying them out takes time. */
+  figures(state, page) {
+    const now = performance.now(), key = `${state.phase} ${this.scene?.map}`;
+    if (key === this.figuresKey && now - this.figuresAt < FIGURES) return;
+    [this.figuresKey, this.figuresAt] = [key, now];
+    const rows = this.rows(state, page);
+    const list = byId('figures');
+    if (list.childElementCount !== rows.length || rows.some(([label], i) => list.children[i].firstChild.textContent !== label))
+      list.replaceChildren(...rows.map(([label, value]) => element('div', { class: MINOR.has(label) ? 'minor' : false }, element('dt', {}, label), element('dd', {}, value))));
+    else rows.forEach(([, value], i) => setText(list.children[i].lastChild, value));
+  }
+
+  rows({ frame, frames = 0, tracked = 0, rate, dropped, sensor, orientation }, { viewer }) {
     const rows = [['frames a second', figure(rate, 0, '')]];
     if (this.scene?.map === false) {
       rows.push(['frames', String(frames)]);
@@ -80,13 +96,15 @@ export class Words {
     }
     if (dropped > 0) rows.push(['dropped', String(dropped)]);
     if (sensor || (orientation && !['off', 'missing', 'first'].includes(orientation))) rows.push(['sensor', sensor || orientation]);
-    byId('figures').replaceChildren(...rows.map(([label, value]) => element('div', { class: MINOR.has(label) ? 'minor' : false }, element('dt', {}, label), element('dd', {}, value))));
+    return rows;
   }
 
   progress({ frames = 0, phase }) {
     const { total } = this.scene ?? {};
     byId('progress').hidden = !(total > 0) || phase === 'finishing';
-    if (total > 0) byId('progress').firstElementChild.style.width = `${Math.min(100, (100 * frames) / total)}%`;
+    const width = `${Math.min(100, Math.round((1000 * frames) / total) / 10)}%`;
+    const { style } = byId('progress').firstElementChild;
+    if (total > 0 && style.width !== width) style.width = width;
   }
 
   /** Over everything: what has to be waited for; null: nothing. */
@@ -99,6 +117,10 @@ export class Words {
     curtain.querySelector('.progress').hidden = !(what.progress > 0);
     curtain.querySelector('i').style.width = `${100 * (what.progress ?? 0)}%`;
   }
+}
+
+function setText(node, text) {
+  if (node.textContent !== text) node.textContent = text;
 }
 
 function curtainOf({ phase, note, progress }) {
