@@ -10,6 +10,6 @@ if [[ ! node_modules/.package-lock.json -nt package-lock.json ]]; then
   touch node_modules/.package-lock.json  # npm leaves it as it was where nothing had to be done
 fi
 node build.mjs "$new"
-for page in page.html live.html; do
+for page in page.html live.html packages.js; do
   cmp "$new/$page" "dist/$page" || { echo "web/dist/$page is not what web/src gives: run ./dev page and commit it"; exit 1; }
 done

@@ -37,12 +37,6 @@ Part part_of(const kernels::VoxelPosition& local) {
   return std::max({local.x, local.y, local.z}) == kBlockBricks ? Part::above : Part::own;
 }
 
-double weight_of(const BrickWords& words) {
-  double sum = 0;
-  for (const std::int32_t word : words.voxels) sum += static_cast<double>(static_cast<std::uint32_t>(word) >> 16);
-  return sum;
-}
-
 bool sees(const Pinhole& k, const Eigen::Vector3d& p) {
   if (p.z() <= 0) return false;
   const double u = p.x() / p.z() * static_cast<double>(k.fx) + static_cast<double>(k.cx);
@@ -71,6 +65,19 @@ class BrickMirror::Surroundings {
     return outside(at.x) || outside(at.y) || outside(at.z) ? nullptr : brick(number_of(at));
   }
   const kernels::VoxelPosition& first() const { return first_; }
+  /// Whether a cell of a brick, which reaches into those above, can hold a surface.
+  bool can_have_surface(int number) const {
+    bool has_before = false, has_behind = false;
+    for (int k = 0; k < 8; ++k) {
+      kernels::VoxelPosition at = local(number);
+      at = {at.x + (k & 1), at.y + (k >> 1 & 1), at.z + (k >> 2)};
+      const Brick* above = std::max({at.x, at.y, at.z}) > kBlockBricks ? nullptr : brick(number_of(at));
+      if (above == nullptr) continue;
+      has_before = has_before || above->has_before;
+      has_behind = has_behind || above->has_behind;
+    }
+    return has_before && has_behind;
+  }
 
  private:
   kernels::VoxelPosition first_;  ///< counted in bricks
@@ -79,7 +86,13 @@ class BrickMirror::Surroundings {
 
 BrickMirror::BrickMirror(std::size_t max_bricks) : max_bricks_(max_bricks), host_(make_backend("cpu", 1)) {}
 
-double BrickMirror::block_size() const { return kBlockBricks * kernels::kBrickSide * voxel_size_; }
+double BrickMirror::block_size() const { return kernels::first_voxel_of({kBlockBricks, 0, 0}).x * voxel_size_; }
+
+/// A brick's lowest corner, map's frame, metres.
+Eigen::Vector3d BrickMirror::corner_of(const kernels::VoxelPosition& brick) const {
+  const kernels::VoxelPosition voxel = kernels::first_voxel_of(brick);
+  return voxel_size_ * Eigen::Vector3d(voxel.x, voxel.y, voxel.z);
+}
 
 std::vector<ReachedBlock> BrickMirror::update(const MapUpdate& update, const MapViews& views) {
   voxel_size_ = update.voxel_size;
@@ -95,7 +108,9 @@ std::vector<ReachedBlock> BrickMirror::update(const MapUpdate& update, const Map
     const auto first = static_cast<std::ptrdiff_t>(i * Map::kBrickVoxels);
     std::copy_n(update.voxels.begin() + first, Map::kBrickVoxels, brick.words.voxels.begin());
     if (has_color_) std::copy_n(update.colors.begin() + first, Map::kBrickVoxels, brick.words.colors.begin());
-    note_views(at, views, &brick);
+    const double weight_before = brick.weight;
+    brick.sum_up();
+    note_views(at, views, weight_before, &brick);
     for (int k = 0; k < 8; ++k)  // cells of the bricks below reach into this one
       reached[{block_of(at.x - (k & 1)), block_of(at.y - (k >> 1 & 1)), block_of(at.z - (k >> 2))}] |= is_new;
   }
@@ -104,14 +119,24 @@ std::vector<ReachedBlock> BrickMirror::update(const MapUpdate& update, const Map
   return blocks;
 }
 
+void BrickMirror::Brick::sum_up() {
+  weight = 0;
+  has_before = has_behind = false;
+  for (const std::int32_t word : words.voxels) {
+    const kernels::Voxel<float> voxel = kernels::unpack<float>(word);
+    weight += static_cast<double>(voxel.weight);
+    const bool is_behind = voxel.distance < 0;
+    has_behind = has_behind || is_behind;
+    has_before = has_before || (!is_behind && voxel.weight > 0);
+  }
+}
+
 /// The weight that the brick has gained, by where it was seen from.
-void BrickMirror::note_views(const kernels::VoxelPosition& at, const MapViews& views, Brick* brick) const {
-  const double before = brick->weight;
-  brick->weight = weight_of(brick->words);
-  const double gained = brick->weight - before;
+void BrickMirror::note_views(const kernels::VoxelPosition& at, const MapViews& views, double weight_before,
+                             Brick* brick) const {
+  const double gained = brick->weight - weight_before;
   if (gained <= 0) return;  // it counts as seen as often as it can be, or the camera sees what stood behind it
-  const double size = kernels::kBrickSide * voxel_size_;
-  const Eigen::Vector3d middle = size * (Eigen::Vector3d(at.x, at.y, at.z) + Eigen::Vector3d::Constant(0.5));
+  const Eigen::Vector3d middle = 0.5 * (corner_of(at) + corner_of({at.x + 1, at.y + 1, at.z + 1}));
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
   for (const SE3& world_from_camera : views.world_from_camera) {
@@ -144,10 +169,11 @@ double BrickMirror::seen_at(const Surroundings& around, const Mesh::Float3& posi
 BlockSurface BrickMirror::surface(const MapBlock& block) const {
   const Surroundings around(*this, block);
   HostBricks bricks(voxel_size_, has_color_);
-  int counts[3] = {};
+  int counts[3] = {};  // of each part
   for (const Part part : {Part::own, Part::above, Part::beside}) {
     for (int i = 0; i < kAround; ++i) {
-      if (around.brick(i) == nullptr || part_of(local(i)) != part) continue;
+      if (around.brick(i) == nullptr) continue;
+      if ((around.can_have_surface(i) ? part_of(local(i)) : Part::beside) != part) continue;
       bricks.add(local(i), around.brick(i)->words, truncation_, kMinWeight);
       ++counts[static_cast<int>(part)];
     }
@@ -156,9 +182,7 @@ BlockSurface BrickMirror::surface(const MapBlock& block) const {
   const Mesh& mesh = surface.mesh;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i)
     surface.seen.push_back(seen_at(around, mesh.positions[i], mesh.normals[i]));
-  const kernels::VoxelPosition& first = around.first();
-  const Eigen::Vector3d corner = kernels::kBrickSide * voxel_size_ * Eigen::Vector3d(first.x, first.y, first.z);
-  transform_mesh(world_from_map_ * SE3(Eigen::Matrix3d::Identity(), corner), &surface.mesh);
+  transform_mesh(world_from_map_ * SE3(Eigen::Matrix3d::Identity(), corner_of(around.first())), &surface.mesh);
   return surface;
 }
 

@@ -63,12 +63,15 @@ class BrickMirror {
  private:
   struct Brick {
     BrickWords words;
-    double weight = 0, weight_in_view = 0;  ///< sums over the voxels; the second of what the views account for
+    bool has_before = false, has_behind = false;  ///< voxels on either side of a surface
+    double weight = 0, weight_in_view = 0;        ///< sums over the voxels; the second of what the views account for
     /// From the brick to the cameras, map's frame: the mean of directions by (1 m / distance)².
     Vec3<float> to_cameras{};
+    void sum_up();
   };
   class Surroundings;
-  void note_views(const kernels::VoxelPosition& at, const MapViews& views, Brick* brick) const;
+  Eigen::Vector3d corner_of(const kernels::VoxelPosition& brick) const;
+  void note_views(const kernels::VoxelPosition& at, const MapViews& views, double weight_before, Brick* brick) const;
   double seen_at(const Surroundings& around, const Mesh::Float3& position, const Mesh::Float3& normal) const;
 
   std::size_t max_bricks_;

@@ -16,11 +16,14 @@ HostBricks::HostBricks(double voxel_size, bool with_color) : voxel_size_(voxel_s
 
 void HostBricks::add(const kernels::VoxelPosition& position, const BrickWords& words, double truncation,
                      int min_weight) {
-  for (const std::int32_t word : words.voxels) {
-    const kernels::Voxel<float> voxel = kernels::unpack<float>(word);
+  const std::size_t first = distances_.size();
+  distances_.resize(first + words.voxels.size());
+  evidence_.resize(first + words.voxels.size());
+  for (std::size_t i = 0; i < words.voxels.size(); ++i) {
+    const kernels::Voxel<float> voxel = kernels::unpack<float>(words.voxels[i]);
     const bool is_seen = voxel.weight >= static_cast<float>(min_weight);
-    distances_.push_back(voxel.distance * static_cast<float>(truncation));
-    evidence_.push_back(is_seen ? kernels::Evidence<float>{voxel.weight, 1, 0}.pack() : 0);
+    distances_[first + i] = voxel.distance * static_cast<float>(truncation);
+    evidence_[first + i] = is_seen ? kernels::Evidence<float>{voxel.weight, 1, 0}.pack() : 0;
   }
   if (with_color_) colors_.insert(colors_.end(), words.colors.begin(), words.colors.end());
   states_.push_back(words.state);

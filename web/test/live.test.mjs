@@ -19,6 +19,7 @@ const SMALL = ['--set', 'volume.resolution=256', '--set', 'volume.side=5', '--de
 const folder = mkdtempSync(join(tmpdir(), 'plumbline-live-'));
 const environment = { ...process.env, DISPLAY: '', WAYLAND_DISPLAY: '', BROWSER: '' };
 const running = new Set();
+let halfSaid, stranded; // of the strangers' test, for the one at the end
 let browser;
 
 /** A run with a page: its address, and its exit code once it ends. */
@@ -311,7 +312,7 @@ test('strangers are refused, and nothing stops', { timeout: 280_000 }, async (t)
 
   await t.test('garbage on the socket closes it', async () => {
     const garbage = [frame(1, 'no request'), frame(1, '{"do":"undo","seconds":-1}'), frame(1, '{"do":"finish","now":true}'), frame(2, '{"do":"finish"}'),
-      frame(1, 'x'.repeat(5000)), frame(9, 'x'.repeat(300)), frame(3, 'reserved'), Buffer.from([0xff, 0xff, 0xff, 0xff]), frame(1, Buffer.from([0xff, 0xfe])), Buffer.from([0x81, 0x05, 1, 2, 3, 4, 5]),
+      frame(1, 'x'.repeat(5000)), frame(9, 'x'.repeat(300)), frame(3, 'reserved'), frame(1, Buffer.from([0xff, 0xfe])), Buffer.from([0x81, 0x05, 1, 2, 3, 4, 5]),
       Buffer.concat([Buffer.from([0x81, 0xff, 0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0]), Buffer.alloc(64)])];
     for (const bytes of garbage) {
       const answer = await ask(url, socket, upgrade(url));
@@ -321,6 +322,11 @@ test('strangers are refused, and nothing stops', { timeout: 280_000 }, async (t)
       answer.socket.write(bytes);
       await new Promise((resolve) => answer.socket.on('close', resolve));
     }
+    const half = await ask(url, socket, upgrade(url)); // a frame whose length does not come
+    half.socket.on('error', () => {});
+    half.socket.resume();
+    half.socket.write(Buffer.from([0xff, 0xff, 0xff, 0xff]));
+    halfSaid = new Promise((resolve) => half.socket.on('close', resolve));
     await new Promise((resolve) => {
       const raw = net.connect(url.port, url.hostname, () => raw.write(`GET / HTTP/1.1\r\n${'x: y\r\n'.repeat(5000)}`));
       raw.on('error', () => {});
@@ -338,10 +344,11 @@ test('strangers are refused, and nothing stops', { timeout: 280_000 }, async (t)
     await until(page, (i) => window.plumbline.state.frame.index > i, at.index);
     assert.deepEqual(complaints, []);
     idle.destroy();
+    await page.click('#go');
+    await until(page, () => window.plumbline.state.phase === 'paused');
     await close();
   });
-  run.kill('SIGINT');
-  await run.done;
+  stranded = run;
 });
 
 test('a camera waits for its start, and its latest frames can be undone', { timeout: 280_000 }, async () => {
@@ -380,4 +387,10 @@ test('a recording being made: images alone, ended by the page', { timeout: 280_0
   assert.ok(readFileSync(join(out, 'depth.txt'), 'utf8').split('\n').length > 3);
   assert.deepEqual(complaints, []);
   await close();
+});
+
+test('what was half said is closed after a while, and a run that stands still can be interrupted', { timeout: 280_000 }, async () => {
+  await halfSaid;
+  stranded.kill('SIGTERM');
+  assert.notEqual(await stranded.done, null, 'it ended by itself');
 });

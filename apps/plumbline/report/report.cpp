@@ -13,8 +13,8 @@
 #include "plumbline/trajectory.h"
 #include "report/base64.h"
 #include "report/report_frames.h"
-#include "report/report_template.h"
 #include "view/packed_mesh.h"
+#include "view/pages.h"
 
 namespace plumbline::app {
 namespace {
@@ -160,7 +160,7 @@ Report report_of(const Reconstruction& run) {
   return report;
 }
 
-bool can_report() { return !report_template().empty(); }
+bool can_report() { return has_pages(); }
 
 std::function<void(const std::string&, const Reconstruction&)> report_writer() {
   if (!can_report()) return {};
@@ -168,10 +168,10 @@ std::function<void(const std::string&, const Reconstruction&)> report_writer() {
 }
 
 void write_report(const std::string& path, const Report& report) {
-  const std::string_view page = report_template();
-  if (page.empty())
+  if (!has_pages())
     throw Error("this program was built without the report", path,
                 "Install nodejs and npm (`./dev install`), configure with -DPLUMBLINE_REPORT=ON, and build again.");
+  const std::string page = report_template();
   const std::size_t mark = page.find(kMark);
   if (mark == std::string_view::npos) throw Error("the page has no place for the data", path, "Build web/ again.");
   const PageData data = page_data(report);

@@ -83,6 +83,7 @@ LiveView::~LiveView() {
   stopping_ = true;
   mailbox_.ring();
   worker_.join();
+  preview_.stop();  // both tell the server's pages
 }
 
 void LiveView::set_scene(const ViewScene& scene) {
@@ -104,6 +105,7 @@ void LiveView::follow(Pipeline* pipeline, bool and_keep) {
   frames_ = tracked_ = ups_ = 0;
   up_.setZero();
   views_.clear();
+  view_step_ = 1;
   board_.clear_map(++epoch_);
   board_.set_state({{"frame", nullptr}, {"frames", 0}, {"tracked", 0}, {"hints", Json::array()}});
 }

@@ -25,10 +25,12 @@ void MapPreview::Changes::follow(Changes&& older) {
 MapPreview::MapPreview(Board* board, std::function<void(const std::string&)> fail)
     : board_(*board), fail_(std::move(fail)), mirror_(kMaxBricks), thread_([this] { work(); }) {}
 
-MapPreview::~MapPreview() {
+MapPreview::~MapPreview() { stop(); }
+
+void MapPreview::stop() {
   stopping_ = true;
   mailbox_.ring();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void MapPreview::hand(std::unique_ptr<MapChange> change) {

@@ -35,6 +35,8 @@ class MapPreview {
   MapPreview(const MapPreview&) = delete;
   MapPreview& operator=(const MapPreview&) = delete;
 
+  /// Ends the thread; nothing is told to the board any more.
+  void stop();
   /// Of the frame loop: whether changes wait that are as many as should be copied ahead.
   bool is_busy() const { return waiting_ >= kMaxWaiting; }
   /// Of the frame loop; never waits.

@@ -20,7 +20,7 @@
 
 #include "io/text_file.h"
 #include "plumbline/error.h"
-#include "view/live_page.h"
+#include "view/pages.h"
 
 namespace plumbline::app {
 namespace {
@@ -144,7 +144,7 @@ http::response<http::string_body> Shared::answer(const HttpRequest& request) {
   if (const std::string_view why = objection(request, false); !why.empty())
     return refuse(request, http::status::forbidden, why);
   const std::string_view path = split_target(view_of(request.target())).first;
-  if (path == "/") return respond(request, http::status::ok, "text/html", std::string(live_page()));
+  if (path == "/") return respond(request, http::status::ok, "text/html", live_page());
   if (path != "/report.html") return refuse(request, http::status::not_found, "There is no such page.\n");
   std::string page = report_page();
   if (page.empty()) return refuse(request, http::status::not_found, "There is no report yet.\n");

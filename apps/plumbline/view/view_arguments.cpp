@@ -8,7 +8,7 @@
 #include "cli/browser.h"
 #include "cli/console.h"
 #include "plumbline/error.h"
-#include "view/live_page.h"
+#include "view/pages.h"
 
 namespace plumbline::app {
 namespace {
@@ -60,7 +60,7 @@ std::shared_ptr<LiveView> open_view(const ViewArguments& arguments) {
       throw UsageError("an address is of a page that is served", "--view-address", "Give --view as well.");
     return nullptr;
   }
-  if (live_page().empty())
+  if (!has_pages())
     throw UsageError("this program was built without the page (PLUMBLINE_REPORT)", "--view", "Leave it out.");
   const auto open = std::make_shared<OpenView>(ViewOptions{port_of(arguments.port), arguments.address});
   say("view       {}", open->view.url());
