@@ -102,6 +102,7 @@ test('a recording: it grows, stands still, goes back, is cropped and finished', 
     await until(page, ([n, i]) => window.plumbline.viewer.surface.triangles > 1.05 * n && window.plumbline.state.frame.index > i, [before, at]);
     await until(page, () => window.plumbline.state.frame.index > 30); // enough for half a second to be undone
     assert.ok((await look(page)).filled > 0.05);
+    await until(page, () => window.plumbline.viewer.camera.position.distanceTo(window.plumbline.viewer.marker.position) < 2.2); // it follows
     const { frame, up, rate } = await state(page);
     assert.equal(frame.status, 'tracked');
     assert.ok(Math.abs(Math.hypot(...up) - 1) < 1e-6 && rate > 0);

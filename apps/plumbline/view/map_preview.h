@@ -37,7 +37,7 @@ class MapPreview {
 
   /// Ends the thread; nothing is told to the board any more.
   void stop();
-  /// Of the frame loop: whether changes wait that are as many as should be copied ahead.
+  /// Of the frame loop: whether so many changes wait that no more should be copied.
   bool is_busy() const { return waiting_ >= kMaxWaiting; }
   /// Of the frame loop; never waits.
   void hand(std::unique_ptr<MapChange> change);

@@ -1,4 +1,4 @@
-// What changes of the map become: surfaces on the board, by a thread of its own pace.
+// What changes of the map become: surfaces on the board, by a thread that the board does not wait for.
 #include "view/map_preview.h"
 
 #include <gtest/gtest.h>

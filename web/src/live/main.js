@@ -11,6 +11,7 @@ import { Words } from './words.js';
 import { Pictures } from './pictures.js';
 
 const KEPT = 2000; // latencies
+const INTERVAL = 45; // milliseconds from update to update, where the processor draws
 
 function keep(latencies, value) {
   latencies.push(value);
@@ -92,13 +93,21 @@ class Page {
     const isDrawn = this.viewer.renderer ? new Promise((resolve) => this.viewer.show(resolve)) : Promise.resolve();
     Promise.all([isDrawn, this.pictures.ready]).then(() => {
       this.unshown--;
-      this.link.send('shown', { number });
+      this.tell(number);
       requestAnimationFrame(() => {
         const now = performance.timeOrigin + performance.now();
         if (frame) keep(this.latencies, now - frame.stamp);
         for (const stamp of stamps) keep(this.surfaceLatencies, now - stamp);
       });
     });
+  }
+
+  /** Where the processor draws, it is left some time for the surface. */
+  tell(number) {
+    const wait = this.viewer.isSlow ? Math.max(0, (this.toldAt ?? 0) + INTERVAL - performance.now()) : 0;
+    this.toldAt = performance.now() + wait;
+    if (wait) setTimeout(() => this.link.send('shown', { number }), wait);
+    else this.link.send('shown', { number });
   }
 
   cropped(box) {

@@ -30,6 +30,7 @@ export class LiveViewer extends Stage {
     const isSlow = isSoftware();
     super(host, 'The run goes on all the same.', { antialias: !isSlow });
     document.body.classList.toggle('slow', isSlow);
+    this.isSlow = isSlow;
     this.effort = isSlow ? 0.3 : 1;
     this.resolution = resolutionOf(this.effort);
     this.inFlight = 0; // pictures that are being drawn
@@ -148,7 +149,8 @@ export class LiveViewer extends Stage {
     const target = this.marker.position.clone().addScaledVector(forward, 1.4);
     const stand = this.marker.position.clone().addScaledVector(level, -1.5).addScaledVector(this.up, 0.9);
     const now = performance.now();
-    const share = 1 - Math.exp((Math.max(-0.2, (this.followedAt ?? now - 30) - now) / 1e3) / GLIDE);
+    const seconds = Math.min(0.2, (now - (this.followedAt ?? now - 30)) / 1e3);
+    const share = 1 - Math.exp(-seconds / GLIDE);
     this.followedAt = now;
     this.controls.target.lerp(target, share);
     this.camera.position.lerp(stand, share);
