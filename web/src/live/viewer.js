@@ -159,6 +159,9 @@ export class LiveViewer extends Stage {
 
   /** Draws a change; `onDrawn` is called once it is drawn, which a page in the background does not do. */
   show(onDrawn) {
+    const now = performance.now();
+    this.interval = Math.min(2000, now - (this.shownAt ?? now));
+    this.shownAt = now;
     this.onDraw.push(onDrawn);
     this.resting = false;
     if (document.hidden) this.render();
@@ -204,7 +207,7 @@ export class LiveViewer extends Stage {
     this.settling = setTimeout(() => {
       this.resting = true;
       if (!this.inFlight) this.draw();
-    }, REST);
+    }, Math.max(REST, 4 * (this.interval ?? 0))); // a slow machine's pause between two updates is none
   }
 
   /** Where the view's camera moves by itself. */
