@@ -42,12 +42,13 @@ struct CalibrationOptions {
 };
 
 /// The distortion of a camera's depth from a recording of it: about two hundred of `frames`, in pieces, are tracked and
-/// compared. Nothing if they tell too little, or agree as well without. Of `options.parameters` only the range of depth
-/// counts: the frames are tracked by preset `plumbline`, quality `fast`. Throws Error for a frame that cannot be read,
-/// or once `options.stopping` returns true.
+/// compared. Nothing if they tell too little, or agree as well without; `refusal`, where given, then gets why, as a
+/// clause. Of `options.parameters` only the range of depth counts: the frames are tracked by preset `plumbline`,
+/// quality `fast`. Throws Error for a frame that cannot be read, or once `options.stopping` returns true.
 PLUMBLINE_EXPORT std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence,
                                                                        const std::vector<int>& frames,
-                                                                       const CalibrationOptions& options = {});
+                                                                       const CalibrationOptions& options = {},
+                                                                       std::string* refusal = nullptr);
 
 /// A camera's path through a recording, by the tracker from depth alone.
 struct CameraPath {
@@ -87,6 +88,23 @@ struct OffsetSearch {
   double runner_up = 0.9;     ///< other peaks are told if they reach this part of the best
   std::size_t max_peaks = 3;  ///< that are told
 };
+
+/// How an orientation sensor's clock differs from the camera's, as far as a recording tells.
+struct ClockOffset {
+  bool is_sure = false;    ///< whether the turns of both leave no doubt
+  double offset = 0;       ///< seconds, to be added to the sensor's stamps; 0 unless sure
+  double sd = 0;           ///< seconds, of the offset where their turns fit best
+  double correlation = 0;  ///< of the turn rates there, as vectors, −1…1
+  double seconds = 0;      ///< that looking for it took
+  std::string text;        ///< what was found, or why nothing is sure: a clause
+};
+
+/// From how the images and the sensor turn: frames in pieces of two seconds are tracked without the sensor, and the
+/// turn rates compared as vectors in the camera's axes. `sensor` has its mounting and measures headings, or turns
+/// alone. Offsets of up to a second are searched. Of `options.parameters` only the range of depth counts. Throws as
+/// `calibrate_depth` does.
+PLUMBLINE_EXPORT ClockOffset find_clock_offset(const Sequence& sequence, const std::vector<int>& frames,
+                                               const OrientationStream& sensor, const CalibrationOptions& options = {});
 
 struct MountingOptions {
   OffsetSearch search;

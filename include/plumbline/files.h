@@ -53,8 +53,9 @@ PLUMBLINE_EXPORT void write_tum_trajectory(const std::string& path, const Trajec
 /// Samples whose rate or force is not finite are left out with a note; a magnetic field that is not finite, or whose
 /// fields are empty, is no reading. Unsorted samples are sorted, of doubled stamps the first is kept, a half-written
 /// last line is left out; each is told in `notes` where that is given, as are readings that contradict each other.
-/// Throws Error with file and line for lines that are not of the form, for a file without samples, for one without an
-/// accelerometer, for unknown units, and where more than half of the samples are left out.
+/// Gyroscope or accelerometer may be missing. Three columns without names are an accelerometer's if they can be
+/// gravity. Throws Error with file and line for lines that are not of the form, for a file without samples, for one
+/// without either sensor, for unknown units, and where more than half of the samples are left out.
 PLUMBLINE_EXPORT ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes = nullptr);
 
 /// Writes the first of these forms, with columns for the sensors that the recording has, so that samples read back to

@@ -14,9 +14,10 @@ namespace plumbline {
 
 struct ImuSample {
   Nanoseconds time = 0;
-  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();    ///< rad/s, body axes; zero without a gyroscope
-  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();  ///< m/s², body axes: at rest 9.8 upwards
-  std::optional<Eigen::Vector3d> magnetic_field = {};        ///< µT, body axes; empty where there is no reading
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  ///< rad/s, body axes; zero without a gyroscope
+  /// m/s², body axes: at rest 9.8 upwards; zero without an accelerometer.
+  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> magnetic_field = {};  ///< µT, body axes; empty where there is no reading
 };
 
 /// The rate and the force between two samples, linearly; without the magnetic field.
@@ -33,6 +34,7 @@ inline ImuSample interpolated(const ImuSample& a, const ImuSample& b, Nanosecond
 struct ImuRecording {
   std::vector<ImuSample> samples;
   bool has_gyroscope = true;
+  bool has_accelerometer = true;
   bool has_magnetometer = false;
   /// Orientations of an optical system where the file has them, earth_from_body; only those that are to be evaluated.
   std::vector<OrientationSample> reference = {};

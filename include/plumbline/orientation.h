@@ -34,6 +34,7 @@ struct OrientationConvention {
   OrientationOf orientation_of = OrientationOf::body_to_world;
   EarthAxes earth = EarthAxes::enu;
   bool has_heading = true;  ///< false: only the tilt is measured, and a turn about the vertical means nothing
+  bool has_up = true;       ///< false: only turns are measured, by a gyroscope alone; the earth's axes mean nothing
 };
 
 /// What is known of an orientation sensor beside its readings.

@@ -57,7 +57,8 @@ class PLUMBLINE_EXPORT OrientationStream {
   OrientationStreamOptions options_;
 };
 
-/// Gives the frame the camera's orientation at its time, where the stream has one. Returns what the look-up said.
+/// Gives the frame the camera's orientation at its time, where the stream has one and knows where up is. Returns what
+/// the look-up said.
 PLUMBLINE_EXPORT OrientationReading add_orientation(const OrientationStream& stream, Frame* frame);
 
 }  // namespace plumbline

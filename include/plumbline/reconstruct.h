@@ -102,7 +102,9 @@ struct Reconstruction {
   std::vector<std::string> orientation_notes;   ///< what was concluded about it
   std::string orientation_message;              ///< what the user should know about the readings, or empty
   std::optional<DepthCalibrationResult> depth;  ///< the distortion that this run found and took out
-  double depth_seconds = 0;                     ///< that finding it took
+  std::string depth_refusal;                    ///< why none was found although it was looked for, a clause; or empty
+  double depth_seconds = 0;                     ///< that looking for it took
+  std::optional<ClockOffset> clock;             ///< of the sensor, where it was looked for; taken out if it is sure
   std::vector<std::string> skipped;             ///< why frames could not be read, a sentence each
 
   int tracked() const { return static_cast<int>(trajectory.size()); }

@@ -18,6 +18,14 @@ using Tracked = DepthCalibration::Tracked;
 
 }  // namespace
 
+Parameters fast_parameters(const PreprocessParameters& range) {
+  Parameters parameters = preset("plumbline");
+  apply_quality("fast", &parameters);
+  parameters.preprocess.min_depth = range.min_depth;
+  parameters.preprocess.max_depth = range.max_depth;
+  return parameters;
+}
+
 PathTracker::PathTracker(const Sequence& sequence, const CalibrationOptions& options)
     : sequence_(sequence), options_(options), backend_(make_backend(options.backend, options.threads)) {}
 

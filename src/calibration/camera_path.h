@@ -12,6 +12,9 @@
 
 namespace plumbline {
 
+/// For paths that are roughly right: preset `plumbline`, quality `fast`, within this range of depth.
+Parameters fast_parameters(const PreprocessParameters& range);
+
 /// Passes over frames of one sequence, each with its own pipeline.
 class PathTracker {
  public:

@@ -1,6 +1,10 @@
 // `calibrate_depth`: which frames of a recording are tracked and compared, and whether what they tell is accepted.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -25,14 +29,6 @@ constexpr std::size_t kMinRecordingFrames = 30, kMinRecordingPairs = 30;
 // A distortion that is there takes 18 to 32 % off what pairs disagree by (fr1, simulated scenes); one that is not, or
 // that cannot be told from a corridor's walls, at most 3 %, and taking it out then made the run a little worse.
 constexpr double kMaxRemaining = 0.95;
-
-Parameters fast_parameters(const PreprocessParameters& range) {
-  Parameters parameters = preset("plumbline");
-  apply_quality("fast", &parameters);
-  parameters.preprocess.min_depth = range.min_depth;
-  parameters.preprocess.max_depth = range.max_depth;
-  return parameters;
-}
 
 /// Every `stride`-th frame in pieces that are evenly spread over a long run; a short run in one piece.
 std::vector<std::vector<int>> pieces_of(const std::vector<int>& frames, int stride) {
@@ -90,11 +86,29 @@ class PieceCalibration {
   int threads_;
 };
 
+/// Why what was found is not accepted; empty if it is.
+std::string reason_against(const std::optional<DepthCalibrationResult>& found) {
+  if (!found) return "too few frames overlap after the camera has moved";
+  if (found->pairs < kMinRecordingPairs)
+    return fmt::format("only {} pairs of frames overlap after the camera has moved, and {} are needed", found->pairs,
+                       kMinRecordingPairs);
+  if (found->after > kMaxRemaining * found->before)
+    return fmt::format("pairs of frames that judge it disagree by {:.1f} % {} without it, and {:.0f} % less are needed",
+                       100 * std::abs(1 - found->after / found->before),
+                       found->after > found->before ? "more than" : "less than", 100 * (1 - kMaxRemaining));
+  return "";
+}
+
 }  // namespace
 
 std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, const std::vector<int>& frames,
-                                                      const CalibrationOptions& options) {
-  if (frames.size() < kMinRecordingFrames) return std::nullopt;
+                                                      const CalibrationOptions& options, std::string* refusal) {
+  const auto refuse = [&](std::string why) {
+    if (refusal != nullptr) *refusal = std::move(why);
+    return std::optional<DepthCalibrationResult>();
+  };
+  if (frames.size() < kMinRecordingFrames)
+    return refuse(fmt::format("{} frames tell too little, and {} are needed", frames.size(), kMinRecordingFrames));
   CalibrationOptions fast = options;
   fast.parameters = fast_parameters(options.parameters.preprocess);
   const std::vector<int> probe(frames.begin(),
@@ -107,7 +121,7 @@ std::optional<DepthCalibrationResult> calibrate_depth(const Sequence& sequence, 
   if (!starts_with_probe) calibration.emplace(sequence, fast);
   for (std::size_t i = starts_with_probe ? 1 : 0; i < pieces.size(); ++i) calibration->add(pieces[i]);
   std::optional<DepthCalibrationResult> found = calibration->estimate();
-  if (!found || found->pairs < kMinRecordingPairs || found->after > kMaxRemaining * found->before) return std::nullopt;
+  if (std::string why = reason_against(found); !why.empty()) return refuse(std::move(why));
   return found;
 }
 

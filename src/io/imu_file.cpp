@@ -163,24 +163,76 @@ bool is_broad(const Table& table, const ImuColumns& layout) {
   return table.head.starts_with("BROAD") && layout.fields == 15;
 }
 
+/// What the readings of three columns look like, in the file's own unit.
+struct Look {
+  double median = 0, high = 0, spread = 0;  ///< of the norms: median, 95th percentile, mean deviation from the median
+  bool around(double value) const { return median > 0.75 * value && median < 1.25 * value && spread < 0.3 * median; }
+  /// As nothing that feels gravity does.
+  bool is_moving() const { return spread > 0.3 * median && high > 0; }
+  /// Gravity in a unit that is in use: m/s², g, mg, or counts of a 16-bit chip.
+  double gravity_unit() const {
+    for (const double per_g : {kGravity, 1.0, 1000.0, 16384.0, 8192.0, 4096.0, 2048.0})
+      if (around(per_g)) return per_g;
+    return 0;
+  }
+};
+
+Look look_at(const std::vector<TextLine>& rows, const ImuColumns::Triple& triple) {
+  constexpr std::size_t kRows = 5000;
+  std::vector<double> norms;
+  const std::size_t step = rows.size() / kRows + 1;
+  for (std::size_t i = 0; i < rows.size(); i += step) {
+    const auto fields = table_fields(rows[i].text);
+    double sum = 0;
+    for (const std::size_t column : triple.column) {
+      const auto value = column < fields.size() ? parse_double(fields[column]) : std::nullopt;
+      sum += value ? *value * *value : std::nan("");
+    }
+    if (std::isfinite(sum)) norms.push_back(std::sqrt(sum));
+  }
+  Look look;
+  if (norms.empty()) return look;
+  std::sort(norms.begin(), norms.end());
+  look.median = norms[norms.size() / 2];
+  look.high = norms[norms.size() * 95 / 100];
+  for (const double norm : norms) look.spread += std::abs(norm - look.median) / static_cast<double>(norms.size());
+  return look;
+}
+
+/// Three columns without a name: an accelerometer's, or a gyroscope's where they cannot be gravity.
+void choose_sensor(const std::vector<TextLine>& rows, ImuColumns* layout, std::vector<std::string>* notes) {
+  const Look look = look_at(rows, *layout->sensors[kAccelerometer]);
+  const double median = look.median;
+  const bool gravity = look.gravity_unit() > 0 || (median >= 0.5 * kGravity && median <= 1.5 * kGravity);
+  if (gravity || !look.is_moving()) return;
+  std::swap(layout->sensors[kGyroscope], layout->sensors[kAccelerometer]);
+  add_note(notes,
+           fmt::format("three columns without names, which read {:.3g} in the median and vary too much for gravity: "
+                       "taken for a gyroscope, a guess",
+                       median));
+}
+
 ImuColumns find_layout(const TextFile& file, const Table& table, std::vector<std::string>* notes) {
   ImuColumns layout;
   layout.fields = table_fields(table.rows.front().text).size();
-  const std::vector<ColumnName> names = column_names(table.head);
+  const std::vector<ColumnName> names = named_by_file(column_names(table.head), file.path());
   const bool broad = is_broad(table, layout);
   if (broad) layout.reference = 10;
   const bool named = !broad && names.size() == layout.fields && columns_by_name(names, file, &layout);
-  if (named && !layout.sensors[kAccelerometer])
-    throw Error(fmt::format("has no accelerometer among the columns {}", list(names)), file.path(), kImuFileAdvice);
+  if (named && !layout.sensors[kAccelerometer] && !layout.sensors[kGyroscope])
+    throw Error(fmt::format("has neither a gyroscope nor an accelerometer among the columns {}", list(names)),
+                file.path(), kImuFileAdvice);
   if (!named && (!columns_by_number(&layout) || (layout.fields == 15 && !broad)))
     file.fail(
         table.rows.front(),
         fmt::format("has {} fields, where a sample has 4, 7 or 10 (stamp, gyroscope, accelerometer, magnetometer)",
                     layout.fields),
         kImuFileAdvice);
+  if (!named && layout.fields == 4) choose_sensor(table.rows, &layout, notes);
   if (!named && table.has_heading)
-    add_note(notes, fmt::format("the columns ({}) were taken for a stamp, {}the accelerometer", list(names),
-                                layout.fields > 4 ? "the gyroscope and " : ""));
+    add_note(notes, fmt::format("the columns ({}) were taken for a stamp{}{}", list(names),
+                                layout.sensors[kGyroscope] ? ", the gyroscope" : "",
+                                layout.sensors[kAccelerometer] ? ", the accelerometer" : ""));
   layout.stamp_decimals = layout.stamp_unit.empty() ? guess_stamp_decimals(table.rows, layout.stamp)
                                                     : stamp_decimals(layout.stamp_unit, file);
   return layout;
@@ -232,7 +284,8 @@ ImuSample parse_sample(const TextFile& file, const TextLine& line, const std::ve
   sample.time = parse_stamp(file, line, fields[layout.stamp], layout.stamp_decimals);
   const auto& sensors = layout.sensors;
   if (sensors[kGyroscope]) sample.angular_rate = parse_triple(file, line, fields, *sensors[kGyroscope], false);
-  sample.specific_force = parse_triple(file, line, fields, *sensors[kAccelerometer], false);
+  if (sensors[kAccelerometer])
+    sample.specific_force = parse_triple(file, line, fields, *sensors[kAccelerometer], false);
   if (sensors[kMagnetometer]) {
     const Eigen::Vector3d field = parse_triple(file, line, fields, *sensors[kMagnetometer], true);
     if (field.allFinite()) sample.magnetic_field = field;
@@ -255,40 +308,6 @@ std::optional<OrientationSample> parse_reference(const TextFile& file, const Tex
   const Eigen::Vector4d quaternion(numbers[0], numbers[1], numbers[2], numbers[3]);
   if (numbers[4] == 0 || !(std::abs(quaternion.norm() - 1) <= kUnitTolerance)) return std::nullopt;
   return OrientationSample{time, decode_orientation(quaternion, {QuaternionOrder::wxyz})};
-}
-
-/// What the readings of three columns look like, in the file's own unit.
-struct Look {
-  double median = 0, high = 0, spread = 0;  ///< of the norms: median, 95th percentile, mean deviation from the median
-  bool around(double value) const { return median > 0.75 * value && median < 1.25 * value && spread < 0.3 * median; }
-  /// Gravity in a unit that is in use: m/s², g, mg, or counts of a 16-bit chip.
-  double gravity_unit() const {
-    for (const double per_g : {kGravity, 1.0, 1000.0, 16384.0, 8192.0, 4096.0, 2048.0})
-      if (around(per_g)) return per_g;
-    return 0;
-  }
-};
-
-Look look_at(const std::vector<TextLine>& rows, const ImuColumns::Triple& triple) {
-  constexpr std::size_t kRows = 5000;
-  std::vector<double> norms;
-  const std::size_t step = rows.size() / kRows + 1;
-  for (std::size_t i = 0; i < rows.size(); i += step) {
-    const auto fields = table_fields(rows[i].text);
-    double sum = 0;
-    for (const std::size_t column : triple.column) {
-      const auto value = column < fields.size() ? parse_double(fields[column]) : std::nullopt;
-      sum += value ? *value * *value : std::nan("");
-    }
-    if (std::isfinite(sum)) norms.push_back(std::sqrt(sum));
-  }
-  Look look;
-  if (norms.empty()) return look;
-  std::sort(norms.begin(), norms.end());
-  look.median = norms[norms.size() / 2];
-  look.high = norms[norms.size() * 95 / 100];
-  for (const double norm : norms) look.spread += std::abs(norm - look.median) / static_cast<double>(norms.size());
-  return look;
 }
 
 /// Which three columns are which sensor, where the readings contradict that.
@@ -435,6 +454,13 @@ void check_rates(const ImuColumns& layout, std::vector<ImuSample>* samples, std:
   }
 }
 
+bool names_columns_of(ImuSensor sensor, const std::vector<ColumnName>& names) {
+  return std::count_if(names.begin(), names.end(), [&](const ColumnName& column) {
+           const auto component = component_of(with_unit_apart(column).name);
+           return component && component->first == sensor;
+         }) >= 3;
+}
+
 }  // namespace
 
 ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) {
@@ -445,10 +471,11 @@ ImuRecording read_imu(const std::string& path, std::vector<std::string>* notes) 
   if (!joined.note().empty()) add_note(notes, joined.note());
   ImuColumns layout = find_layout(file, table, notes);
   if (!layout.reference) check_order(table.rows, &layout, notes);
-  find_force_unit(file, table.rows, &layout, notes);
+  if (layout.sensors[kAccelerometer]) find_force_unit(file, table.rows, &layout, notes);
 
   ImuRecording recording;
   recording.has_gyroscope = layout.sensors[kGyroscope].has_value();
+  recording.has_accelerometer = layout.sensors[kAccelerometer].has_value();
   recording.kinect_axes = layout.fields == 4 && table.head == "timestamp ax ay az";  // so TUM's files call them
   recording.samples.reserve(table.rows.size());
   std::size_t not_finite = 0;
@@ -486,14 +513,17 @@ bool is_imu_file(const std::string& path) {
   ImuColumns layout;
   layout.fields = table_fields(table.rows.front().text).size();
   if (is_broad(table, layout)) return true;
-  const std::vector<ColumnName> names = column_names(table.head);
-  if (names.size() != layout.fields) return false;
-  const auto count = [&](auto&& is_one) { return std::count_if(names.begin(), names.end(), is_one); };
-  return count([](const ColumnName& column) { return quaternion_component(column.name) != 0; }) == 0 &&
-         count([](const ColumnName& column) {
-           const auto component = component_of(column.name);
-           return component && component->first == kAccelerometer;
-         }) >= 3;
+  const std::vector<ColumnName> names = named_by_file(column_names(table.head), path);
+  if (names.size() != layout.fields) return columns_by_number(&layout) && layout.fields != 15;
+  return std::none_of(names.begin(), names.end(),
+                      [](const ColumnName& column) { return quaternion_component(column.name) != 0; }) &&
+         (names_columns_of(kGyroscope, names) || names_columns_of(kAccelerometer, names));
+}
+
+bool has_gyroscope_columns(const std::string& path) {
+  const TextFile file(path);
+  const Table table = read_table(file);
+  return !table.rows.empty() && names_columns_of(kGyroscope, column_names(table.head));
 }
 
 std::optional<Eigen::Matrix3d> mounting_by_format(const std::string& path) {
@@ -520,7 +550,7 @@ void write_imu(const std::string& path, const ImuRecording& recording) {
     for (const char axis : {'x', 'y', 'z'}) head += fmt::format(",{}_{}", sensor, axis);
   };
   if (recording.has_gyroscope) columns("gyro");
-  columns("accelerometer");
+  if (recording.has_accelerometer) columns("accelerometer");
   if (recording.has_magnetometer) columns("magnetometer");
   file.write(head + "\n");
   std::string row;
@@ -528,7 +558,7 @@ void write_imu(const std::string& path, const ImuRecording& recording) {
   for (const ImuSample& sample : recording.samples) {
     row = format_seconds(sample.time, 9);
     if (recording.has_gyroscope) add(sample.angular_rate);
-    add(sample.specific_force);
+    if (recording.has_accelerometer) add(sample.specific_force);
     if (recording.has_magnetometer && sample.magnetic_field) add(*sample.magnetic_field);
     if (recording.has_magnetometer && !sample.magnetic_field) row += ",,,";
     file.write(row + "\n");

@@ -11,9 +11,12 @@
 
 namespace plumbline {
 
-/// Whether the columns, by their names, are those of raw readings with an accelerometer, and without an orientation.
-/// Throws Error if the file cannot be read.
+/// Whether the columns, by their names, are those of raw readings, of a gyroscope or an accelerometer, and without an
+/// orientation. Throws Error if the file cannot be read.
 bool is_imu_file(const std::string& path);
+
+/// Whether columns are named as a gyroscope's, whatever stands beside them. Throws Error if the file cannot be read.
+bool has_gyroscope_columns(const std::string& path);
 
 /// body_from_camera of the depth camera that the file's format belongs to: the Kinect's with TUM's accelerometer.txt,
 /// the phone's with StrayScanner's imu.csv. Empty for other files.

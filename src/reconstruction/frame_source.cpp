@@ -59,7 +59,7 @@ std::vector<std::string> FileSource::take_messages() {
 }
 
 std::optional<Eigen::Matrix3d> FileSource::earth_from_camera(Nanoseconds time) const {
-  if (stream_ == nullptr) return std::nullopt;
+  if (stream_ == nullptr || !stream_->options().convention.has_up) return std::nullopt;
   const OrientationReading reading = stream_->lookup(time);
   if (reading.status != OrientationStatus::ok) return std::nullopt;
   return reading.earth_from_camera;

@@ -58,6 +58,8 @@ void tell_beginning(const ReconstructOptions& options, const SensorReadings& sen
   if (sensor.orientation) tell(options, LogLevel::note, "orientation: " + sensor.source);
   for (const std::string& note : sensor.notes) tell(options, LogLevel::note, note);
   if (run.depth) tell(options, LogLevel::note, run.depth->distortion.describe() + " was found and is taken out");
+  if (!run.depth_refusal.empty()) tell(options, LogLevel::note, depth_refusal_text(run.depth_refusal));
+  if (run.clock) tell(options, LogLevel::note, run.clock->text);
 }
 
 FusionOptions fusion_options(const ReconstructOptions& options) {
@@ -83,15 +85,14 @@ Reconstruction reconstruct(const Sequence& given, const ReconstructOptions& opti
   run.orientation = sensor.source;
   run.orientation_notes = sensor.notes;
   std::unique_ptr<Sequence> sequence = borrowed(given, sensor.unused);
+  const CalibrationOptions calibration{
+      .parameters = options.parameters, .backend = options.backend, .threads = options.threads, .stopping = stopping};
   if (options.parameters.preprocess.calibrate_depth)
-    sequence = undistort_depth(std::move(sequence), frames,
-                               {.parameters = options.parameters,
-                                .backend = options.backend,
-                                .threads = options.threads,
-                                .stopping = stopping},
-                               &run);
-  FileSource source(std::move(sequence), frames, sensor.orientation ? &*sensor.orientation : nullptr, {},
-                    sensor.inertial ? &*sensor.inertial : nullptr);
+    sequence = undistort_depth(std::move(sequence), frames, calibration, &run);
+  SensorStreams streams{sensor.orientation, sensor.inertial};
+  set_clock(*sequence, frames, calibration, &streams, &run);
+  FileSource source(std::move(sequence), frames, streams.orientation ? &*streams.orientation : nullptr, {},
+                    streams.inertial ? &*streams.inertial : nullptr);
   run.sequence = source.info();
   const std::shared_ptr<Backend> backend = make_backend(options.backend, options.threads);
   run.backend = backend->description();

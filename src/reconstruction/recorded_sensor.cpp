@@ -29,6 +29,11 @@ std::vector<OrientationSample> filtered(const MountedImu& imu, bool has_mounting
     notes->push_back(fmt::format("raw readings whose format tells how the sensor sits: --mounting {}",
                                  quaternion_text(*imu.body_from_camera)));
   }
+  if (!imu.recording.has_accelerometer) {
+    notes->emplace_back("raw readings of a gyroscope alone: the turns are used, and where up is stays unknown");
+    options->convention.has_up = false;
+    return integrated_turns(imu.recording);
+  }
   if (imu.recording.has_gyroscope) {
     notes->emplace_back("raw readings: filtered forward and backward, as `plumbline orientation --offline` does");
     return smooth_orientation(imu.recording);
@@ -81,10 +86,21 @@ std::vector<OrientationSample> changed(const SensorOptions& options, std::vector
 void use_raw(const MountedImu& imu, const SensorOptions& options, SensorReadings* readings) {
   OrientationStreamOptions stream = options.stream;
   std::vector<OrientationSample> samples = filtered(imu, options.has_mounting, &stream, &readings->notes);
-  if (options.use_raw && imu.recording.has_gyroscope)
+  if (imu.recording.has_gyroscope && (options.use_raw || !imu.recording.has_accelerometer))
     readings->inertial.emplace(imu.recording, stream.body_from_camera, stream.time_offset);
   readings->orientation.emplace(changed(options, std::move(samples)), stream);
   readings->sensor.has_heading = stream.convention.has_heading;
+}
+
+/// Of a chip that gives its orientation and, beside it, what it measured: the turn rates are for the tracker, too.
+void use_raw_beside(const std::string& path, const OrientationStreamOptions& stream, SensorReadings* readings) {
+  if (!has_gyroscope_columns(path)) return;
+  try {
+    readings->inertial.emplace(read_imu(path, &readings->notes), stream.body_from_camera, stream.time_offset);
+    readings->notes.emplace_back("the turn rates beside the orientations are used as well");
+  } catch (const Error& error) {
+    readings->notes.push_back(fmt::format("the turn rates beside the orientations are not used: {}", error.what()));
+  }
 }
 
 /// Why a recording's own readings cannot be used; empty if they can.
@@ -161,6 +177,7 @@ SensorReadings read_sensor(const std::string& path, const SensorOptions& options
         read_orientations(path, options.stream.convention, &readings.notes, &stream.convention);
     readings.orientation.emplace(changed(options, std::move(samples)), stream);
     readings.sensor.has_heading = stream.convention.has_heading;
+    if (options.use_raw) use_raw_beside(path, stream, &readings);
   }
   if (!readings.sensor.has_heading) readings.notes.emplace_back("tilt only: the heading is left to the tracking");
   return readings;

@@ -8,8 +8,11 @@
 #include <utility>
 
 #include "plumbline/error.h"
+#include "plumbline/time.h"
 #include "reconstruction/orientation_check.h"
 #include "reconstruction/run_record.h"
+#include "sensor/orientation_filter.h"
+#include "tracking/orientation_guide.h"
 
 namespace plumbline {
 namespace {
@@ -21,17 +24,67 @@ struct AtEnd {
   ~AtEnd() { finish(); }
 };
 
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// With `seconds` added to all stamps.
+OrientationStream shifted(const OrientationStream& stream, double seconds) {
+  std::vector<OrientationSample> samples = stream.samples();
+  OrientationStreamOptions options = stream.options();
+  for (OrientationSample& sample : samples) sample.time -= from_seconds(options.time_offset);
+  options.time_offset += seconds;
+  return {std::move(samples), options};
+}
+
+/// By the gyroscope alone, which no filter delays.
+OrientationStream turns_of(const ImuStream& inertial) {
+  ImuRecording recording;
+  recording.samples = inertial.samples();
+  return {integrated_turns(recording), {}};
+}
+
+ImuStream shifted(const ImuStream& stream, double seconds) {
+  ImuRecording recording;
+  recording.samples = stream.samples();
+  return {std::move(recording), Eigen::Matrix3d::Identity(), seconds};
+}
+
 }  // namespace
+
+void set_clock(const Sequence& sequence, const std::vector<int>& frames, const CalibrationOptions& options,
+               SensorStreams* sensor, Reconstruction* run) {
+  if (!sensor->orientation) return;
+  const OrientationStreamOptions& stream = sensor->orientation->options();
+  const bool is_used = uses_sensor(options.parameters.orientation) && options.parameters.orientation.distrust > 0;
+  if (!is_used || stream.time_offset != 0 || !stream.convention.has_heading) return;
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    run->clock = find_clock_offset(sequence, frames,
+                                   sensor->inertial ? turns_of(*sensor->inertial) : *sensor->orientation, options);
+  } catch (const std::exception&) {
+    return;
+  }
+  run->clock->seconds = seconds_since(start);
+  if (run->clock->offset == 0) return;
+  sensor->orientation = shifted(*sensor->orientation, run->clock->offset);
+  if (sensor->inertial) sensor->inertial = shifted(*sensor->inertial, run->clock->offset);
+}
+
+std::string depth_refusal_text(const std::string& refusal) {
+  return "distortion of the depth looked for and not found, because " + refusal;
+}
 
 std::unique_ptr<Sequence> undistort_depth(std::unique_ptr<Sequence> sequence, const std::vector<int>& frames,
                                           const CalibrationOptions& options, Reconstruction* run) {
   const auto start = std::chrono::steady_clock::now();
   try {
-    run->depth = calibrate_depth(*sequence, frames, options);
-  } catch (const std::exception&) {
+    run->depth = calibrate_depth(*sequence, frames, options, &run->depth_refusal);
+  } catch (const std::exception& error) {
     run->depth.reset();
+    run->depth_refusal = error.what();
   }
-  run->depth_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  run->depth_seconds = seconds_since(start);
   if (!run->depth) return sequence;
   return without_depth_distortion(std::move(sequence), run->depth->distortion);
 }

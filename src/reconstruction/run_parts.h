@@ -3,10 +3,14 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "backend/backend.h"
 #include "plumbline/calibration.h"
+#include "plumbline/imu_stream.h"
+#include "plumbline/orientation_stream.h"
 #include "plumbline/parameters.h"
 #include "plumbline/pipeline.h"
 #include "plumbline/reconstruct.h"
@@ -20,6 +24,21 @@ namespace plumbline {
 /// cannot be read here is told by the run, which keeps all that came before it. `options.stopping` ends it early.
 std::unique_ptr<Sequence> undistort_depth(std::unique_ptr<Sequence> sequence, const std::vector<int>& frames,
                                           const CalibrationOptions& options, Reconstruction* run);
+
+/// Readings of a sensor for the frames of a run; either may be missing.
+struct SensorStreams {
+  std::optional<OrientationStream> orientation;
+  std::optional<ImuStream> inertial;
+};
+
+/// Finds by how much the sensor's clock is off, and takes it out of the streams, where the sensor is used and judged,
+/// measures headings or turns, and no offset was given; `run` gets what was found. As for the depth, what cannot be
+/// read is told by the run.
+void set_clock(const Sequence& sequence, const std::vector<int>& frames, const CalibrationOptions& options,
+               SensorStreams* sensor, Reconstruction* run);
+
+/// "distortion of the depth looked for and not found, because …".
+std::string depth_refusal_text(const std::string& refusal);
 
 /// As `Pipeline`, but an Error that says how large the volume is where its memory is not there.
 std::unique_ptr<Pipeline> make_pipeline(const Parameters& parameters, const FrameSource& source, Backend& backend,

@@ -302,7 +302,10 @@ double seconds_before(const std::vector<ImuSample>& readings, std::size_t i) {
   return i == 0 ? 0 : to_seconds(readings[i].time - readings[i - 1].time);
 }
 
-void require_gyroscope(const ImuRecording& recording) {
+void require_sensors(const ImuRecording& recording) {
+  if (!recording.has_accelerometer)
+    throw Error("there is no accelerometer in the readings, so that nothing says where up is", kOrientationFilterWhere,
+                "`plumbline run --orientation` takes a gyroscope alone");
   if (!recording.has_gyroscope)
     throw Error("there is no gyroscope in the readings", kOrientationFilterWhere,
                 "an accelerometer alone gives the tilt");
@@ -399,7 +402,7 @@ std::vector<double> headings_both_ways(const std::vector<ImuSample>& readings,
 std::vector<OrientationSample> filter_orientation(const ImuRecording& recording,
                                                   const OrientationFilterOptions& options) {
   validate(options);
-  require_gyroscope(recording);
+  require_sensors(recording);
   ForwardFilter filter(options, interval_of(recording.samples));
   std::vector<OrientationSample> samples;
   for (std::size_t i = 0; i < recording.samples.size(); ++i) {
@@ -412,7 +415,7 @@ std::vector<OrientationSample> filter_orientation(const ImuRecording& recording,
 std::vector<OrientationSample> smooth_orientation(const ImuRecording& recording,
                                                   const OrientationFilterOptions& options) {
   validate(options);
-  require_gyroscope(recording);
+  require_sensors(recording);
   const std::vector<ImuSample>& readings = recording.samples;
   const double interval = interval_of(readings);
   const Pass both = meet(run_pass(readings, options, interval), run_pass(reversed(readings), options, interval));
@@ -448,6 +451,23 @@ std::vector<OrientationSample> tilt_from_accelerometer(const ImuRecording& recor
   for (std::size_t i = 0; i < force.size(); ++i) {
     earth_from_body = (upright((earth_from_body * force[i]).normalized()) * earth_from_body).normalized();
     samples.push_back({recording.samples[i].time, earth_from_body.toRotationMatrix()});
+  }
+  return samples;
+}
+
+std::vector<OrientationSample> integrated_turns(const ImuRecording& recording) {
+  if (!recording.has_gyroscope)
+    throw Error("there is no gyroscope in the readings", kOrientationFilterWhere,
+                "an accelerometer alone gives the tilt");
+  const std::vector<ImuSample>& readings = recording.samples;
+  std::vector<OrientationSample> samples;
+  Quaterniond first_from_body = Quaterniond::Identity();
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    if (i > 0) {
+      const Vector3d turn = seconds_before(readings, i) * (readings[i - 1].angular_rate + readings[i].angular_rate) / 2;
+      first_from_body = (first_from_body * Quaterniond(so3::exp(turn))).normalized();
+    }
+    samples.push_back({readings[i].time, first_from_body.toRotationMatrix()});
   }
   return samples;
 }

@@ -44,8 +44,9 @@ struct OrientationFilterOptions {
 
 /// The orientation after each reading, of the readings up to it. Interval between readings: `readings` decide (the
 /// median); gaps are bridged at constant rate. Readings without a magnetic field leave the heading; without any, the
-/// heading begins at an arbitrary value and drifts. Without a gyroscope, see `tilt_from_accelerometer`. Throws Error
-/// for fewer than two readings, for readings without a gyroscope, and for options out of range.
+/// heading begins at an arbitrary value and drifts. Without a gyroscope, see `tilt_from_accelerometer`, without an
+/// accelerometer `integrated_turns`. Throws Error for fewer than two readings, for readings without one of these two,
+/// and for options out of range.
 std::vector<OrientationSample> filter_orientation(const ImuRecording& recording,
                                                   const OrientationFilterOptions& options = {});
 
@@ -53,6 +54,10 @@ std::vector<OrientationSample> filter_orientation(const ImuRecording& recording,
 /// of two filters that meet (the paper's OfflineVQF).
 std::vector<OrientationSample> smooth_orientation(const ImuRecording& recording,
                                                   const OrientationFilterOptions& options = {});
+
+/// Gyroscope alone: the turns since the first reading, at which the body's axes are taken for the earth's; a bias stays
+/// in. Throws Error for readings without a gyroscope.
+std::vector<OrientationSample> integrated_turns(const ImuRecording& recording);
 
 /// Seconds; on real hand motion (TUM fr1) near the smallest error of the tilt, forward and backward and forward only.
 constexpr double kTiltTau = 0.1, kTiltTauForward = 0.03;

@@ -134,7 +134,8 @@ OrientationReading OrientationStream::extrapolate(std::size_t index, Nanoseconds
 
 OrientationReading add_orientation(const OrientationStream& stream, Frame* frame) {
   OrientationReading reading = stream.lookup(frame->time);
-  if (reading.status == OrientationStatus::ok) frame->earth_from_camera = reading.earth_from_camera;
+  if (reading.status == OrientationStatus::ok && stream.options().convention.has_up)
+    frame->earth_from_camera = reading.earth_from_camera;
   return reading;
 }
 

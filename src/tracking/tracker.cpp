@@ -150,7 +150,8 @@ TrackedFrame Tracker::register_inertial(const MotionFilter& filter, const Tracke
 Prediction Tracker::predict_filtered(const MotionFilter& filter, const Frame& frame) const {
   // A prediction that is little better than none outweighs no images, however alike they err.
   constexpr double kSteadyCorrelationTime = 0.2;  // seconds
-  const double correlation_time = filter.is_inertial() ? motion_.correlation_time : kSteadyCorrelationTime;
+  const double correlation_time =
+      filter.is_inertial() ? motion_.correlation_time * state_.fit.repeated_share() : kSteadyCorrelationTime;
   Prediction expected;
   expected.world_from_camera = filter.world_from_camera();
   expected.terms.set(pose_prior(filter.world_from_camera(), filter.pose_covariance()));
@@ -255,6 +256,7 @@ void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
                           tracked.result.pose_covariance.bottomRightCorner<3, 3>(), seconds);
     state_.turn.observe(previous.rotation(), current.rotation(), seconds);
     state_.previous_agreement = agreement(tracked.result);
+    state_.fit.observe(tracked.result.rms, seconds);
   }
   correct_filters(frame, tracked);
   judge_gyroscope(tracked);

@@ -14,6 +14,7 @@
 #include "plumbline/time.h"
 #include "plumbline/tracking.h"
 #include "tracking/live_frame.h"
+#include "tracking/model_fit.h"
 #include "tracking/motion_filter.h"
 #include "tracking/motion_model.h"
 #include "tracking/orientation_guide.h"
@@ -64,6 +65,7 @@ struct TrackerState {
   SE3 world_from_camera;          ///< of the previous accepted frame
   Nanoseconds time = 0;           ///< of that frame
   double previous_agreement = 1;  ///< of that frame
+  ModelFit fit = {};
   bool is_initialised = false;    ///< whether a frame has been accepted
   double travelled = 0;           ///< by the map's window, see core/viewpoint.h
   int probation = 0;              ///< frames that were also registered without the sensor

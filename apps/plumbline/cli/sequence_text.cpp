@@ -69,7 +69,9 @@ std::vector<std::string> describe(const ImuRecording& imu, const SequenceInfo& i
   if (duration > 0)
     text +=
         fmt::format(" in {:.1f} s, {:.0f} a second", duration, static_cast<double>(imu.samples.size() - 1) / duration);
-  text += imu.has_gyroscope ? ": gyroscope, accelerometer" : ": accelerometer";
+  text += !imu.has_gyroscope       ? ": accelerometer"
+          : !imu.has_accelerometer ? ": gyroscope"
+                                   : ": gyroscope, accelerometer";
   if (imu.has_magnetometer) text += ", magnetometer";
   std::vector<std::string> lines = {text};
   if (info.body_from_camera) {

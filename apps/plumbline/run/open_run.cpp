@@ -27,15 +27,16 @@ bool is_to_be_calibrated(const ReconstructionOptions& options) {
          options.realtime == 0;
 }
 
-std::unique_ptr<Sequence> undistorted(std::unique_ptr<Sequence> sequence, const std::vector<int>& frames,
-                                      const ReconstructionOptions& options, Reconstruction* run) {
+/// What a recording tells before it is run: the distortion of its depth, which is taken out, and the sensor's clock.
+std::unique_ptr<Sequence> calibrated(std::unique_ptr<Sequence> sequence, const std::vector<int>& frames,
+                                     const ReconstructionOptions& options, SensorStreams* sensor, Reconstruction* run) {
   const InterruptGuard interrupt;
-  sequence = undistort_depth(std::move(sequence), frames,
-                             {.parameters = options.parameters,
-                              .backend = options.backend,
-                              .threads = options.threads,
-                              .stopping = [&] { return interrupt.signal() != 0; }},
-                             run);
+  const CalibrationOptions calibration{
+      .parameters = options.parameters, .backend = options.backend, .threads = options.threads, .stopping = [&] {
+        return interrupt.signal() != 0;
+      }};
+  if (is_to_be_calibrated(options)) sequence = undistort_depth(std::move(sequence), frames, calibration, run);
+  if (options.realtime == 0) set_clock(*sequence, frames, calibration, sensor, run);
   if (interrupt.signal() != 0) throw Error("interrupted before the first frame was through", options.sequence, "");
   return sequence;
 }
@@ -67,27 +68,29 @@ std::vector<std::string> description(const Sequence& sequence, const Reconstruct
   return lines;
 }
 
-/// `in_real_time`: where the options want that.
+/// `in_real_time`: where the options want that. `sensor` must outlive the source.
 std::unique_ptr<FrameSource> frames_of(const std::shared_ptr<const Sequence>& sequence, std::vector<int> frames,
-                                       bool in_real_time, const ReconstructionOptions& options) {
+                                       bool in_real_time, const ReconstructionOptions& options,
+                                       const SensorStreams& sensor) {
   auto files =
       std::make_unique<FileSource>(std::make_unique<WrappedSequence>(sequence, sequence->info()), std::move(frames),
-                                   options.orientation ? &*options.orientation : nullptr,
-                                   description(*sequence, options), options.inertial ? &*options.inertial : nullptr);
+                                   sensor.orientation ? &*sensor.orientation : nullptr, description(*sequence, options),
+                                   sensor.inertial ? &*sensor.inertial : nullptr);
   if (options.realtime == 0 || !in_real_time) return files;
   return std::make_unique<RealtimeSource>(std::move(files), options.realtime);
 }
 
-std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, Reconstruction* run) {
+std::unique_ptr<FrameSource> open_files(const ReconstructionOptions& options, SensorStreams* sensor,
+                                        Reconstruction* run) {
   std::unique_ptr<Sequence> sequence = open_noted(options);
   read_own_groundtruth(*sequence, options, run);
   std::vector<int> frames =
       frames_outside(*sequence, options.left_out, chosen_frames(*sequence, options.max_frames, options.stride));
   if (frames.empty()) throw Error("all frames are left out", "--leave-out", "Leave out less than the whole recording.");
-  if (is_to_be_calibrated(options)) sequence = undistorted(std::move(sequence), frames, options, run);
-  const Reopen reopen = [shared = std::shared_ptr<const Sequence>(std::move(sequence)), &options](
+  sequence = calibrated(std::move(sequence), frames, options, sensor, run);
+  const Reopen reopen = [shared = std::shared_ptr<const Sequence>(std::move(sequence)), &options, sensor](
                             std::vector<int> chosen, bool in_real_time) {
-    return frames_of(shared, std::move(chosen), in_real_time, options);
+    return frames_of(shared, std::move(chosen), in_real_time, options, *sensor);
   };
   std::unique_ptr<FrameSource> source = reopen(frames, true);
   if (!options.view) return source;
@@ -122,6 +125,8 @@ void describe_run(const ReconstructionOptions& options, const FrameSource& sourc
   if (run.depth)
     say("depth      its distortion was found in {:.1f} s, from {} pairs of frames", run.depth_seconds,
         run.depth->pairs);
+  if (!run.depth_refusal.empty()) say("depth      {}", depth_refusal_text(run.depth_refusal));
+  if (run.clock) say("clock      {}; looked for in {:.1f} s", run.clock->text, run.clock->seconds);
   say("volume     {}", volume_text(options.parameters.volume));
   say("backend    {}", run.backend);
   say("output     {}", options.output);
@@ -140,7 +145,8 @@ void make_pipeline(const ReconstructionOptions& options, OpenRun* open) {
 OpenRun open_run(const ReconstructionOptions& options, Reconstruction* run) {
   validate(options.parameters);
   OpenRun open;
-  open.source = options.open_live ? open_camera(options) : open_files(options, run);
+  open.sensor = std::make_unique<SensorStreams>(SensorStreams{options.orientation, options.inertial});
+  open.source = options.open_live ? open_camera(options) : open_files(options, open.sensor.get(), run);
   open.backend = make_backend(options.backend, options.threads);
   run->sequence = open.source->info();
   run->parameters = options.parameters;

@@ -6,14 +6,16 @@
 #include "backend/backend.h"
 #include "plumbline/pipeline.h"
 #include "reconstruction/frame_source.h"
+#include "reconstruction/run_parts.h"
 #include "run/guided_source.h"
 #include "run/reconstruction.h"
 
 namespace plumbline::app {
 
 struct OpenRun {
-  std::unique_ptr<FrameSource> source;
-  GuidedSource* guided = nullptr;  ///< the source, where a page watches
+  std::unique_ptr<SensorStreams> sensor;  ///< of a recording's sensor, on the camera's clock
+  std::unique_ptr<FrameSource> source;    ///< of `sensor`
+  GuidedSource* guided = nullptr;         ///< the source, where a page watches
   std::shared_ptr<Backend> backend;
   std::unique_ptr<Pipeline> pipeline;  ///< of the backend
 };

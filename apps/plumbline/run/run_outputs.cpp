@@ -14,6 +14,7 @@
 #include "plumbline/calibration.h"
 #include "plumbline/config.h"
 #include "plumbline/error.h"
+#include "plumbline/orientation_calibration.h"
 #include "reconstruction/path_correction.h"
 #include "reconstruction/run_parts.h"
 #include "run/final_mesh.h"
@@ -78,6 +79,20 @@ void write_depth(const std::string& path, const Reconstruction& run) {
   write_depth_calibration(path, run.depth->distortion, depth_calibration_comments(*run.depth, run.command_line));
 }
 
+/// For other recordings of this camera with this sensor: mounting, and the clock's offset that was found.
+void write_sensor(const std::string& path, const OpenRun& open, const Reconstruction& run) {
+  if (!run.clock || run.clock->offset == 0 || !open.sensor->orientation) return remove_older(path);
+  const OrientationStreamOptions& stream = open.sensor->orientation->options();
+  write_orientation_calibration(path,
+                                {.body_from_camera = stream.body_from_camera,
+                                 .time_offset = stream.time_offset,
+                                 .time_offset_sd = run.clock->sd,
+                                 .convention = stream.convention},
+                                {"For `plumbline run --orientation-calibration FILE`; the mounting is the one that was "
+                                 "given, the offset was found by",
+                                 run.command_line});
+}
+
 /// Never what a run fails for: the other files hold all that is in the page.
 void write_page(const ReconstructionOptions& options, Reconstruction* run) {
   const std::string path = output_path(options, "report.html");
@@ -126,6 +141,7 @@ void write_outputs(const ReconstructionOptions& options, const OpenRun& open, co
   if (options.mesh) write_meshes(options, run->mesh);
   write_file(output_path(options, "config.toml"), to_toml(options.parameters));
   write_depth(output_path(options, "depth.toml"), *run);
+  write_sensor(output_path(options, "sensor.toml"), open, *run);
   log->commit();
   if (options.mesh && options.final_fusion) write_fused_mesh(options, *open.source, interrupt, run);
   write_file(output_path(options, "summary.json"), summary_json(*run));

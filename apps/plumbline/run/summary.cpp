@@ -13,6 +13,7 @@
 #include "plumbline/pinhole.h"
 #include "plumbline/time.h"
 #include "plumbline/trajectory.h"
+#include "reconstruction/run_parts.h"
 #include "run/verdict.h"
 #include "view/message.h"
 
@@ -117,6 +118,13 @@ std::ptrdiff_t frames_with(const Reconstruction& run, OrientationUse use) {
                        [&](const FrameReport& frame) { return frame.orientation == use; });
 }
 
+/// Of the sensor, as far as it was found before the run.
+Json clock_json(const Reconstruction& run) {
+  if (!run.clock) return nullptr;
+  return {{"is_sure", run.clock->is_sure},         {"offset_s", run.clock->offset}, {"sd_s", run.clock->sd},
+          {"correlation", run.clock->correlation}, {"text", run.clock->text},       {"seconds", run.clock->seconds}};
+}
+
 /// In how many frames the sensor was used, and why not in the others.
 Json orientation_json(const Reconstruction& run) {
   if (run.orientation.empty()) return nullptr;
@@ -126,6 +134,7 @@ Json orientation_json(const Reconstruction& run) {
           {"missing", count(OrientationUse::missing)},
           {"distrusted", count(OrientationUse::distrusted)},
           {"dropped", count(OrientationUse::dropped)},
+          {"clock", clock_json(run)},
           {"lateness_s", run.frames.empty() ? 0.0 : run.frames.back().sensor_lateness},
           {"notes", run.orientation_notes},
           {"message", run.orientation_message.empty() ? Json() : Json(run.orientation_message)}};
@@ -278,6 +287,7 @@ std::string summary_json(const Reconstruction& run) {
       {"sequence", sequence_json(run.sequence)},
       {"camera", camera_json(run.sequence)},
       {"depth_calibration", depth_json(run)},
+      {"depth_calibration_refusal", run.depth_refusal.empty() ? Json() : Json(depth_refusal_text(run.depth_refusal))},
       {"volume", volume_json(run)},
       {"backend", run.backend},
       {"verdict", verdict_json(run)},

@@ -259,11 +259,6 @@ bool is_realsense(const MessageTopic& imu) {
 void set_mounting(const Seen& depth, const ros::ImuTopics& imu, const ros::Mountings& mountings, SequenceInfo* info) {
   const MessageTopic* topic = imu.gyroscope != nullptr ? imu.gyroscope : imu.accelerometer;
   if (topic == nullptr) return;
-  if (imu.accelerometer == nullptr) {
-    info->notes.push_back(
-        fmt::format("the gyroscope ({}): not used, because the recording has no accelerometer", topic->name));
-    return;
-  }
   const std::string_view frame = depth.first.image.frame;
   if (const auto found = mountings.between(*depth.topic, frame, *topic, imu.frame)) {
     info->body_from_camera = found->second_from_first.rotation();

@@ -267,7 +267,11 @@ ImuTopics imu_topics(const MessageStore& store) {
 ImuRecording read_imu(const MessageStore& store, const ImuTopics& topics, std::vector<std::string>* notes) {
   ImuRecording recording;
   recording.has_gyroscope = topics.gyroscope != nullptr;
-  if (topics.accelerometer == nullptr) return recording;
+  recording.has_accelerometer = topics.accelerometer != nullptr;
+  if (topics.accelerometer == nullptr) {
+    if (topics.gyroscope != nullptr) recording.samples = samples_of(store, *topics.gyroscope, notes);
+    return recording;
+  }
   const std::vector<ImuSample> forces = samples_of(store, *topics.accelerometer, notes);
   if (topics.gyroscope == nullptr || topics.gyroscope == topics.accelerometer || forces.empty()) {
     recording.samples = forces;

@@ -103,8 +103,9 @@ ImuRecording read_imu_files(const fs::path& folder, std::vector<std::string>* no
   const auto forces = read_triples(folder / "d400_accelerometer.txt", &ImuSample::specific_force, notes);
   ImuRecording recording;
   recording.has_gyroscope = !rates.empty();
-  recording.samples = rates.empty() ? forces : join_sensors(rates, forces);
-  if (!rates.empty()) add_note(notes, "d400_gyroscope.txt and d400_accelerometer.txt were joined");
+  recording.has_accelerometer = !forces.empty();
+  recording.samples = rates.empty() ? forces : forces.empty() ? rates : join_sensors(rates, forces);
+  if (!rates.empty() && !forces.empty()) add_note(notes, "d400_gyroscope.txt and d400_accelerometer.txt were joined");
   return recording;
 }
 

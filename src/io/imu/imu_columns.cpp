@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <string_view>
+
+#include "io/camera.h"
 
 namespace plumbline {
 namespace {
@@ -22,8 +25,9 @@ std::optional<std::pair<ImuSensor, int>> component_of(const std::string& name) {
   const int axis = name.back() - 'x';
   if (has("bias") || has("cov")) return std::nullopt;
   if (has("user") || has("gravity")) return std::nullopt;  // what phones make of their accelerometer's readings
-  if (has("gyr") || has("angularvel") || has("angularrate") || has("rotationrate") || has("omega") || stem == "g" ||
-      stem == "alpha" || stem == "w" || stem == "wrss")
+  if (has("gyr") || has("angularvel") || has("angularrate") || has("angvel") || has("angrate") || has("rotationrate") ||
+      has("rotrate") || has("turnrate") || stem == "rate" || has("omega") || stem == "g" || stem == "alpha" ||
+      stem == "w" || stem == "wrss")
     return std::pair(kGyroscope, axis);
   if (has("acc") || has("specificforce") || stem == "a" || stem == "arss") return std::pair(kAccelerometer, axis);
   if (has("mag") || stem == "m") return std::pair(kMagnetometer, axis);
@@ -38,6 +42,18 @@ ColumnName with_unit_apart(ColumnName column) {
     if (component_of(apart.name)) return apart;
   }
   return column;
+}
+
+std::vector<ColumnName> named_by_file(std::vector<ColumnName> names, const std::string& path) {
+  const std::string file = lower(std::filesystem::path(path).filename().string());
+  const char* sensor = file.find("gyr") != std::string::npos   ? "gyro_"
+                       : file.find("acc") != std::string::npos ? "acc_"
+                                                               : nullptr;
+  const auto is_bare = [](const ColumnName& c) { return c.name == "x" || c.name == "y" || c.name == "z"; };
+  if (sensor == nullptr || std::count_if(names.begin(), names.end(), is_bare) != 3) return names;
+  for (ColumnName& column : names)
+    if (is_bare(column)) column.name = sensor + column.name;
+  return names;
 }
 
 }  // namespace plumbline

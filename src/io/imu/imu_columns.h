@@ -17,4 +17,7 @@ std::optional<std::pair<ImuSensor, int>> component_of(const std::string& name);
 /// A unit at the end of a name, as in gyro_x_dps, put where those in brackets are.
 ColumnName with_unit_apart(ColumnName column);
 
+/// Columns x, y and z in a file that has the sensor in its name, as Gyroscope.csv, get names of that sensor's.
+std::vector<ColumnName> named_by_file(std::vector<ColumnName> names, const std::string& path);
+
 }  // namespace plumbline
