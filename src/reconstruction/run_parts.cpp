@@ -12,7 +12,6 @@
 #include "reconstruction/orientation_check.h"
 #include "reconstruction/run_record.h"
 #include "sensor/orientation_filter.h"
-#include "tracking/orientation_guide.h"
 
 namespace plumbline {
 namespace {
@@ -56,7 +55,9 @@ void set_clock(const Sequence& sequence, const std::vector<int>& frames, const C
                SensorStreams* sensor, Reconstruction* run) {
   if (!sensor->orientation) return;
   const OrientationStreamOptions& stream = sensor->orientation->options();
-  const bool is_used = uses_sensor(options.parameters.orientation) && options.parameters.orientation.distrust > 0;
+  const OrientationParameters& orientation = options.parameters.orientation;
+  const bool is_aimed = orientation.seed != OrientationSeed::none || orientation.term != OrientationTerm::none;
+  const bool is_used = orientation.distrust > 0 && (sensor->inertial ? options.parameters.motion.gyroscope : is_aimed);
   if (!is_used || stream.time_offset != 0 || !stream.convention.has_heading) return;
   const auto start = std::chrono::steady_clock::now();
   try {

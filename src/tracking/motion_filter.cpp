@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace plumbline {
 namespace {
@@ -29,6 +30,13 @@ constexpr double kSteadyTurn = 0.3, kSteadySpeed = 1.5;
 constexpr double kMaxGyroscopeBias = 0.05;  // rad/s
 // Random walks per √s: of a rotation by its gyroscope (and by its scale, per rad/s), and of the biases.
 constexpr double kRotationWalk = 0.003, kScaleWalk = 0.003, kGyroscopeBiasWalk = 1e-4, kAccelerometerBiasWalk = 3e-3;
+
+// What lies between two readings is not seen: of a motion at a hand's frequency the straight line between them misses
+// this part.
+double missed_between(double seconds) {
+  constexpr double kHand = 2 * std::numbers::pi * 3;  // rad/s
+  return kHand * kHand * seconds * seconds / 12;
+}
 
 bool is_finite(const ImuSample& reading) {
   return reading.angular_rate.allFinite() && reading.specific_force.allFinite();
@@ -100,13 +108,13 @@ void MotionFilter::follow_readings(const std::vector<ImuSample>& readings, Nanos
     if (from >= to || to_seconds(b.time - a.time) > kMaxReadingGap) continue;
     if (from > time_) step_steadily(to_seconds(from - time_));
     if (!has_gravity_ && parameters_.accelerometer) set_gravity(a.specific_force);
-    step(interpolated(a, b, from + late), interpolated(a, b, to + late));
+    step(interpolated(a, b, from + late), interpolated(a, b, to + late), missed_between(to_seconds(b.time - a.time)));
     time_ = to;
     is_inertial_ = true;
   }
 }
 
-void MotionFilter::step(const ImuSample& from, const ImuSample& to) {
+void MotionFilter::step(const ImuSample& from, const ImuSample& to, double missed) {
   const double dt = to_seconds(to.time - from.time);
   const Matrix3d rotation = world_from_camera_.rotation();
   rate_ = (from.angular_rate + to.angular_rate) / 2 - gyroscope_bias_;
@@ -129,8 +137,10 @@ void MotionFilter::step(const ImuSample& from, const ImuSample& to) {
     f.block<3, 1>(kVelocity, kLateness) = rotation * (to.specific_force - from.specific_force);
   }
   covariance_ = f * covariance_ * f.transpose();
-  add_variance(covariance_, kTheta, std::hypot(kRotationWalk, kScaleWalk * rate_.norm()), dt);
-  add_variance(covariance_, kVelocity, has_gravity_ ? parameters_.acceleration_sigma : kSteadySpeed, dt);
+  add_variance(covariance_, kTheta, std::hypot(kRotationWalk, std::max(kScaleWalk, missed) * rate_.norm()), dt);
+  add_variance(covariance_, kVelocity,
+               has_gravity_ ? std::hypot(parameters_.acceleration_sigma, missed * acceleration.norm()) : kSteadySpeed,
+               dt);
   add_variance(covariance_, kGyroscopeBias, kGyroscopeBiasWalk, dt);
   add_variance(covariance_, kAccelerometerBias, kAccelerometerBiasWalk, dt);
 }

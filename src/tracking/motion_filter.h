@@ -53,8 +53,9 @@ class MotionFilter {
  private:
   void follow_readings(const std::vector<ImuSample>& readings, Nanoseconds time);
   void remember(const std::vector<ImuSample>& readings);
-  /// From one reading to the next.
-  void step(const ImuSample& from, const ImuSample& to);
+  /// From one reading to the next, or a part of the way; `missed` is the part of the motion that is not seen between
+  /// two.
+  void step(const ImuSample& from, const ImuSample& to, double missed);
   void step_steadily(double seconds);
   void set_gravity(const Eigen::Vector3d& specific_force);
 

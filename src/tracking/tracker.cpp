@@ -122,7 +122,11 @@ TrackedFrame Tracker::track_filtered(const TrackerInput& input, TrackedFrame fou
 TrackedFrame Tracker::register_filtered(const MotionFilter& filter, const TrackerInput& input,
                                         std::vector<IcpIteration>* trace) const {
   const Prediction expected = predict_filtered(filter, input.frame);
-  return register_unaided({input, expected}, trace);
+  TrackedFrame found = register_unaided({input, expected}, trace);
+  if (found.result.rank == 6)
+    found.least_known = least_known(found.result.world_from_camera.rotation(), found.result.pose_covariance,
+                                    filter.pose_covariance(), expected.redundancy);
+  return found;
 }
 
 /// From the readings, as long as the gyroscope turns as the images do; else as without them.
@@ -140,6 +144,7 @@ TrackedFrame Tracker::register_inertial(const MotionFilter& filter, const Tracke
         (surprised || state_.probation < kImagesDecide) && is_witness(steady.result, found.result);
     found = better_of(std::move(found), steady);
     if (images_decide) found.result = steady.result;
+    if (images_decide) found.least_known = steady.least_known;
   }
   found.inertial = filter;
   if (filter.is_inertial())
@@ -256,7 +261,7 @@ void Tracker::accept(const Frame& frame, const TrackedFrame& tracked) {
                           tracked.result.pose_covariance.bottomRightCorner<3, 3>(), seconds);
     state_.turn.observe(previous.rotation(), current.rotation(), seconds);
     state_.previous_agreement = agreement(tracked.result);
-    state_.fit.observe(tracked.result.rms, seconds);
+    state_.fit.observe(tracked.result.rms, tracked.least_known, seconds);
   }
   correct_filters(frame, tracked);
   judge_gyroscope(tracked);

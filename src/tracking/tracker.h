@@ -48,6 +48,7 @@ struct TrackedFrame {
   OrientationUse orientation = OrientationUse::off;
   SE3 world_from_seed;                     ///< where the registration started: the best of the starts
   int starts = 1;                          ///< that were tried
+  double least_known = kNothingKnown;      ///< by the images, as `least_known` says
   bool was_compared = false;               ///< with a registration without the sensor
   std::optional<MotionFilter> inertial;    ///< by the sensor's readings at the frame's time, before the images
   std::optional<Eigen::Matrix3d> turn;     ///< since the previous frame, by the gyroscope
@@ -66,9 +67,9 @@ struct TrackerState {
   Nanoseconds time = 0;           ///< of that frame
   double previous_agreement = 1;  ///< of that frame
   ModelFit fit = {};
-  bool is_initialised = false;    ///< whether a frame has been accepted
-  double travelled = 0;           ///< by the map's window, see core/viewpoint.h
-  int probation = 0;              ///< frames that were also registered without the sensor
+  bool is_initialised = false;  ///< whether a frame has been accepted
+  double travelled = 0;         ///< by the map's window, see core/viewpoint.h
+  int probation = 0;            ///< frames that were also registered without the sensor
   MotionModel motion;
   SteadyTurn turn;
   OrientationGuide guide;

@@ -59,9 +59,13 @@ ImuSample reading_at(double t) {
 /// What a broken sensor, or its driver, makes of a reading at t seconds.
 using Fault = std::function<void(double t, ImuSample* sample)>;
 
-std::vector<ImuSample> readings_around(double t, const Fault& fault) {
+/// Which readings are there, by their number.
+using Kept = std::function<bool(int k)>;
+
+std::vector<ImuSample> readings_around(double t, const Fault& fault, const Kept& kept) {
   std::vector<ImuSample> readings;
   for (int k = static_cast<int>(std::ceil((t - 0.25) * 100)); k <= (t + 0.2) * 100; ++k) {
+    if (kept && !kept(k)) continue;
     readings.push_back(reading_at(0.01 * k));
     if (fault) fault(0.01 * k, &readings.back());
   }
@@ -86,12 +90,12 @@ struct Outcome {
   int lost = 0, used = 0;
 };
 
-Outcome run(bool with_readings, const Fault& fault = {}, int threads = 1) {
+Outcome run(bool with_readings, const Fault& fault = {}, int threads = 1, const Kept& kept = {}) {
   const test::Run run = test::run_pipeline(
       small(), kCamera, kFrames,
       [&](int i) {
         Frame frame = images()[static_cast<std::size_t>(i)];
-        if (with_readings) frame.inertial = readings_around(i * kFrame, fault);
+        if (with_readings) frame.inertial = readings_around(i * kFrame, fault, kept);
         return frame;
       },
       threads, pose_at(0));
@@ -106,6 +110,22 @@ TEST(Inertial, AGoodSensorIsUsedAndDoesNoHarm) {
   const Outcome without = run(false), with = run(true);
   EXPECT_EQ(with.lost, 0);
   EXPECT_EQ(without.used, 0);
+  EXPECT_GE(with.used, 0.98 * (kFrames - 1));
+  EXPECT_LT(with.ate, 1.02 * without.ate + 0.001);
+}
+
+TEST(Inertial, AGyroscopeAloneIsUsedAndDoesNoHarm) {
+  const Outcome without = run(false), with = run(true, [](double, ImuSample*s) { s->specific_force.setZero(); });
+  EXPECT_EQ(with.lost, 0);
+  EXPECT_GE(with.used, 0.98 * (kFrames - 1));
+  EXPECT_LT(with.ate, 1.02 * without.ate + 0.001);
+}
+
+TEST(Inertial, HalfOfTheReadingsDoNoHarm) {
+  const Outcome without = run(false);
+  Fault fault;  // none: the readings that are there are good
+  const Outcome with = run(true, fault, 1, [](int k) { return (k * k) % 7 < 3; });
+  EXPECT_EQ(with.lost, 0);
   EXPECT_GE(with.used, 0.98 * (kFrames - 1));
   EXPECT_LT(with.ate, 1.02 * without.ate + 0.001);
 }
@@ -132,6 +152,12 @@ TEST(Inertial, ABrokenSensorDoesNoHarm) {
       {"rate of the other sign", rate([](const Vector3d& w) { return Vector3d(-w); })},
       {"rate in degrees", rate([](const Vector3d& w) { return Vector3d(w * kDegreesPerRadian); })},
       {"rate a fifth of what it is", rate([](const Vector3d& w) { return Vector3d(0.2 * w); })},
+      {"rate limited", rate([](const Vector3d& w) { return Vector3d(w.cwiseMax(-0.2).cwiseMin(0.2)); })},
+      {"noise",
+       [](double t, ImuSample* s) {
+         s->angular_rate = Vector3d(std::sin(1e4 * t), std::sin(2e4 * t + 1), std::sin(3e4 * t + 2));
+         s->specific_force = 9 * Vector3d(std::sin(4e4 * t), std::sin(5e4 * t + 1), std::sin(6e4 * t + 2));
+       }},
       {"rate stuck at zero", rate([](const Vector3d&) { return Vector3d(0, 0, 0); })},
       {"rate stuck", rate([](const Vector3d&) { return Vector3d(0.7, -0.4, 0.5); })},
       {"readings of another second",
