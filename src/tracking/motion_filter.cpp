@@ -34,7 +34,7 @@ constexpr double kRotationWalk = 0.003, kScaleWalk = 0.003, kGyroscopeBiasWalk =
 // What lies between two readings is not seen: of a motion at a hand's frequency the straight line between them misses
 // this part.
 double missed_between(double seconds) {
-  constexpr double kHand = 2 * std::numbers::pi * 3;  // rad/s
+  constexpr double kHand = 2 * std::numbers::pi * 2;  // rad/s
   return kHand * kHand * seconds * seconds / 12;
 }
 
