@@ -1,5 +1,6 @@
 #include "pipeline/recovery.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "plumbline/time.h"
@@ -14,6 +15,9 @@ constexpr int kMaxFrames = 30, kMaxFailures = 2;
 
 // A search costs as much as ten frames: after the first frames every third is searched for.
 constexpr int kEager = 15, kSeldom = 3;
+
+// What looks the same stands elsewhere in most buildings: a camera that is carried does not get there in no time.
+constexpr double kMaxSpeed = 2, kMargin = 1;  // metres a second, metres
 
 constexpr double kExpectedFor = 1;  // seconds, in which a camera is likely to be near where it was
 
@@ -63,7 +67,10 @@ PlaceQuery Recovery::query_of(const TrackerInput& input, const Tracker& tracker)
   PlaceQuery query{view_of(input.live, input.frame, tracker.state()), {tracker.viewpoint()}, {}};
   if (query.view.earth_from_camera && tracker.state().guide.use(input.frame.earth_from_camera) == OrientationUse::used)
     tracker.state().guide.add_term(*query.view.earth_from_camera, &query.terms);
-  if (to_seconds(input.frame.time - tracker.state().time) < kExpectedFor) {
+  const double seconds = to_seconds(input.frame.time - tracker.state().time);
+  query.previous = tracker.viewpoint();
+  query.reach = kMargin + kMaxSpeed * std::max(seconds, 0.0);
+  if (seconds < kExpectedFor) {
     const TrackedFrame tracked = tracker.track(input);
     if (tracked.is_acceptable()) query.expected.front().world_from_camera = tracked.result.world_from_camera;
   }

@@ -139,8 +139,13 @@ std::vector<Relocaliser::Candidate> Relocaliser::from_keyframes(const PlaceQuery
   return candidates;
 }
 
-/// Whether the sensor lets the camera look there. One that has no heading says whether the camera is tilted alike.
+/// Whether the camera can be there, and the sensor lets it look there. One that has no heading says whether the camera
+/// is tilted alike.
 bool Relocaliser::is_possible(const Keyframe& keyframe, const PlaceQuery& query) const {
+  const double way = std::abs(keyframe.from.travelled - query.previous.travelled),
+               apart = (keyframe.from.world_from_camera.translation() - query.previous.world_from_camera.translation())
+                           .norm();
+  if (apart > query.reach + kMaxDrift * way) return false;
   if (!keyframe.earth_from_camera || !query.view.earth_from_camera) return true;
   const Eigen::Matrix3d &then = *keyframe.earth_from_camera, &now = *query.view.earth_from_camera;
   const double difference = has_heading_ ? so3::angle(then.transpose() * now)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -42,8 +43,10 @@ struct PlaceEvidence {
 /// What there is to find a frame's place by.
 struct PlaceQuery {
   PlaceView view;
-  std::vector<Viewpoint> expected;  ///< that are tried whatever the frame looks like
-  kernels::Terms terms;             ///< what is known of the pose besides
+  std::vector<Viewpoint> expected;                         ///< that are tried whatever the frame looks like
+  kernels::Terms terms;                                    ///< what is known of the pose besides
+  Viewpoint previous = {};                                 ///< where the camera was seen before
+  double reach = std::numeric_limits<double>::infinity();  ///< metres that it can have gone since
 };
 
 struct FoundPlace {

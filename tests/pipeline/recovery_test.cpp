@@ -2,7 +2,11 @@
 // the place have confirmed it (docs/method.md §9).
 #include <gtest/gtest.h>
 
+#include <optional>
+
+#include "map/volume.h"
 #include "pipeline/runs.h"
+#include "place/relocaliser.h"
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/pipeline.h"
@@ -10,6 +14,7 @@
 #include "plumbline/trajectory.h"
 #include "sim/analytic_scene.h"
 #include "support/scenes.h"
+#include "tracking/live_frame.h"
 
 namespace plumbline {
 namespace {
@@ -93,6 +98,32 @@ TEST_F(RecoveryTest, AForeignPlaceIsRefusedAndChangesNothing) {
   bool is_recovered = false;
   for (int i = kMapped + 80; i < kMapped + 100; ++i) is_recovered |= pipeline_.process(frame(i)).is_recovered;
   EXPECT_TRUE(is_recovered);
+}
+
+// What looks the same stands elsewhere in most buildings.
+TEST_F(RecoveryTest, APlaceFartherThanTheCameraCanHaveGoneIsNotConsidered) {
+  const Parameters parameters = test::parameters_for_quarter_size();
+  LiveFrame live(kCamera, parameters.preprocess, pyramid_levels(parameters.tracking), *backend_, false,
+                 parameters.tracking.finest_level);
+  live.prepare(frame(0));
+  Volume volume(parameters.volume, kCamera, *backend_, false);
+  volume.place(place_volume(parameters.volume, kCamera, truth(0), download(*backend_, live.raw_depth())));
+  volume.integrate(live.raw_depth(), nullptr, kCamera, truth(0));
+  Relocaliser relocaliser(parameters, kCamera, *backend_, [&](const Viewpoint& from, DepthPyramid* levels) {
+    volume.visit(from);
+    volume.predict(from.world_from_camera, raycast_range(parameters.preprocess.max_depth), levels);
+  });
+  relocaliser.remember({live.pyramid(), std::nullopt}, {truth(0)});
+  PlaceQuery query{{live.pyramid(), std::nullopt}, {}, {}};
+  query.previous = {truth(0) * SE3(Eigen::Matrix3d::Identity(), {5, 0, 0})};
+  query.reach = 4;
+  const Relocaliser::Search refused = relocaliser.find(query);
+  EXPECT_FALSE(refused.place);
+  EXPECT_EQ(refused.starts, 0);
+  query.reach = 6;
+  const Relocaliser::Search found = relocaliser.find(query);
+  ASSERT_TRUE(found.place);
+  EXPECT_LT(error(found.place->evidence.result.world_from_camera, truth(0)), 0.01);
 }
 
 TEST_F(RecoveryTest, AGapIsJudgedByTheUsualInterval) {
