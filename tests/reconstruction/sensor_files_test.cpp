@@ -131,7 +131,7 @@ TEST_F(SensorFiles, EveryCombinationOfSensorsIsUsedAndDoesNoHarm) {
   }
 }
 
-/// The same hand in finer images, of which the clock's offset is asked for alone.
+/// The same hand in finer images, for the offset of the clock alone.
 class SensorClock : public testing::Test {
  protected:
   void SetUp() override {
