@@ -29,7 +29,7 @@ constexpr double kMinFrameInterval = 0.025;  // seconds: more frames a second te
 // What makes an offset sure: the rates vary enough, agree well at it, and nowhere else half as well. Sensors of other
 // recordings correlate by 0.5 at most, good ones by 0.9 and more.
 constexpr double kMinVariation = radians(3);  // per second, rms
-constexpr double kMinCorrelation = 0.8, kMinRatio = 2, kMaxDeviation = 0.005;
+constexpr double kMinTurnCorrelation = 0.8, kMinRatio = 2, kMaxDeviation = 0.005;
 constexpr double kOwnPeak = 0.1;   // seconds: maxima nearer than this to the best are the same
 constexpr double kInStep = 0.005;  // seconds: less is left to the filter
 constexpr std::size_t kMinRates = 10;
@@ -177,7 +177,7 @@ ClockOffset unknown_clock(const std::string& why) {
 
 ClockOffset judged(const Peak& best, const std::optional<Peak>& rival, double sd) {
   ClockOffset clock;
-  if (best.correlation < kMinCorrelation) {
+  if (best.correlation < kMinTurnCorrelation) {
     clock =
         unknown_clock(fmt::format("images and sensor turn alike at no offset (correlation {:.2f})", best.correlation));
   } else if (rival && unexplained(rival->correlation) < kMinRatio * unexplained(best.correlation)) {

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kAdvice = "Open it in a browser, here or on another machine.";
+constexpr const char* kBrowserAdvice = "Open it in a browser, here or on another machine.";
 
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
@@ -37,7 +37,7 @@ pid_t start_browser(const std::string& page) {
   pid_t pid = 0;
   const int error = posix_spawnp(&pid, program.c_str(), &actions, nullptr, words, environ);
   posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) throw Error("xdg-open cannot be started", page, std::string("Install xdg-utils. ") + kAdvice);
+  if (error != 0) throw Error("xdg-open cannot be started", page, std::string("Install xdg-utils. ") + kBrowserAdvice);
   return pid;
 }
 
@@ -49,11 +49,12 @@ bool has_desktop() {
 
 void open_in_browser(const std::string& page) {
   if (!has_desktop())
-    throw Error("there is no display to open a browser on", page, std::string(kAdvice) + " --no-open only writes it.");
+    throw Error("there is no display to open a browser on", page,
+                std::string(kBrowserAdvice) + " --no-open only writes it.");
   int status = 0;
   waitpid(start_browser(page), &status, 0);
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    throw Error("xdg-open found no browser for it", page, std::string(kAdvice) + " --no-open only writes it.");
+    throw Error("xdg-open found no browser for it", page, std::string(kBrowserAdvice) + " --no-open only writes it.");
 }
 
 std::string page_folder() {
@@ -80,7 +81,7 @@ BrowserRedirect::BrowserRedirect(const std::string& url)
   const int file = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
   const bool is_written = file >= 0 && write(file, page.data(), page.size()) == static_cast<ssize_t>(page.size());
   if (file >= 0) close(file);
-  if (!is_written) throw Error("the page that leads the browser there cannot be written", path_, kAdvice);
+  if (!is_written) throw Error("the page that leads the browser there cannot be written", path_, kBrowserAdvice);
   start_browser(path_);  // not waited for: some desktops stay until the browser is closed
 }
 

@@ -15,7 +15,7 @@
 namespace plumbline::app {
 namespace {
 
-constexpr const char* kAdvice = "make the file with `plumbline characterise`";
+constexpr const char* kModelAdvice = "make the file with `plumbline characterise`";
 constexpr const char* kAxes[] = {"east", "north", "up"};
 
 std::string list(const std::vector<double>& radians, double unit = kDegreesPerRadian) {
@@ -43,10 +43,10 @@ std::string axis_toml(const char* name, const AxisStudy& axis) {
 std::vector<double> numbers(const toml::table& table, const std::string& key, const std::string& path) {
   std::vector<double> values;
   const toml::array* array = table.at_path(key).as_array();
-  if (array == nullptr) throw Error("has no list '" + key + "'", path, kAdvice);
+  if (array == nullptr) throw Error("has no list '" + key + "'", path, kModelAdvice);
   for (const toml::node& node : *array) {
     const auto value = node.value<double>();
-    if (!value || !std::isfinite(*value)) throw Error("'" + key + "' holds what is not a number", path, kAdvice);
+    if (!value || !std::isfinite(*value)) throw Error("'" + key + "' holds what is not a number", path, kModelAdvice);
     values.push_back(*value);
   }
   return values;
@@ -54,7 +54,7 @@ std::vector<double> numbers(const toml::table& table, const std::string& key, co
 
 double number(const toml::table& table, const std::string& key, const std::string& path) {
   const auto value = table.at_path(key).value<double>();
-  if (!value || !std::isfinite(*value)) throw Error("has no number '" + key + "'", path, kAdvice);
+  if (!value || !std::isfinite(*value)) throw Error("has no number '" + key + "'", path, kModelAdvice);
   return *value;
 }
 
@@ -63,7 +63,7 @@ PeriodicError read_axis(const toml::table& table, const std::string& name, const
   error.constant = radians(number(table, name + ".constant_deg", path));
   const std::vector<double> sine = numbers(table, name + ".sine_deg", path),
                             cosine = numbers(table, name + ".cosine_deg", path);
-  if (sine.size() != cosine.size()) throw Error("'" + name + "' has lists of different lengths", path, kAdvice);
+  if (sine.size() != cosine.size()) throw Error("'" + name + "' has lists of different lengths", path, kModelAdvice);
   for (std::size_t i = 0; i < sine.size(); ++i)
     error.coefficients.insert(error.coefficients.end(), {radians(sine[i]), radians(cosine[i])});
   return error;
@@ -74,7 +74,7 @@ toml::table parse(const std::string& path) {
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& error) {
-    throw Error(std::string(error.description()), fmt::format("{}:{}", path, error.source().begin.line), kAdvice);
+    throw Error(std::string(error.description()), fmt::format("{}:{}", path, error.source().begin.line), kModelAdvice);
   }
 }
 
@@ -101,11 +101,11 @@ SensorModel read_sensor_model(const std::string& path) {
         radians(number(table, std::string(kAxes[axis]) + ".amplitude_deg", path));
   }
   const std::vector<double> entries = numbers(table, "covariance_deg2", path);
-  if (entries.size() != 9) throw Error("'covariance_deg2' has no nine numbers", path, kAdvice);
+  if (entries.size() != 9) throw Error("'covariance_deg2' has no nine numbers", path, kModelAdvice);
   model.covariance = Eigen::Matrix3d::Map(entries.data()) * (kRadiansPerDegree * kRadiansPerDegree);
   if (!model.covariance.isApprox(model.covariance.transpose(), 1e-9) ||
       Eigen::LLT<Eigen::Matrix3d>(model.covariance).info() != Eigen::Success)
-    throw Error("'covariance_deg2' is not symmetric and positive definite", path, kAdvice);
+    throw Error("'covariance_deg2' is not symmetric and positive definite", path, kModelAdvice);
   return model;
 }
 

@@ -23,8 +23,8 @@ constexpr int kPictureWidth = 240, kRecordingWidth = 320;  ///< pixels at most: 
 constexpr std::size_t kMaxViews = 64;
 constexpr std::chrono::milliseconds kLingerPoll{20};
 constexpr std::size_t kMaxRequests = 16;
-constexpr int kLowPriority = 5;  ///< steps of the worker, which the tracker goes before
-constexpr int kQuality = 75;     ///< of JPEG
+constexpr int kWorkerPriority = 5;  ///< steps of the worker, which the tracker goes before
+constexpr int kQuality = 75;        ///< of JPEG
 
 double now_milliseconds() {
   return std::chrono::duration<double, std::milli>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -244,7 +244,7 @@ void LiveView::fail(const std::string& message) {
 }
 
 void LiveView::work() {
-  lower_priority(kLowPriority);
+  lower_priority(kWorkerPriority);
   try {
     while (!stopping_) work_once();
   } catch (const std::exception& error) {
