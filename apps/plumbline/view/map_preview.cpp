@@ -13,7 +13,6 @@ namespace {
 constexpr std::size_t kMaxBricks = 65536;          ///< 256 MiB
 constexpr std::chrono::milliseconds kSettle{350};  ///< what was known is meshed again after so long
 constexpr std::chrono::milliseconds kPoll{5};
-constexpr int kPreviewPriority = 10;  ///< steps
 
 }  // namespace
 
@@ -41,7 +40,7 @@ void MapPreview::hand(std::unique_ptr<MapChange> change) {
 }
 
 void MapPreview::work() {
-  lower_priority(kPreviewPriority);
+  run_when_idle();
   try {
     while (!stopping_) work_once();
   } catch (const std::exception& error) {
