@@ -21,7 +21,7 @@ function plotList(frames) {
     {
       title: 'Turn',
       lines: [
-        line('last pose to guess', 'seed_deg', 1, 'line-2', 2, '°'),
+        line('previous pose to guess', 'seed_deg', 1, 'line-2', 2, '°'),
         line('guess to result', 'seed_to_result_deg', 1, 'line-1', 2, '°'),
       ],
     },
