@@ -9,10 +9,10 @@
 
 namespace plumbline {
 
-constexpr int kWidestLane = 16;  ///< elements
+constexpr int kMaxLaneWidth = 16;  ///< elements
 
 /// A row of so many elements, and what fills the final lane.
-constexpr int padded_to_lanes(int elements) { return (elements + kWidestLane - 1) / kWidestLane * kWidestLane; }
+constexpr int padded_to_lanes(int elements) { return (elements + kMaxLaneWidth - 1) / kMaxLaneWidth * kMaxLaneWidth; }
 
 /// One plane of an image as a kernel sees it. Every row has kPadding elements of zeros (an invalid reading) on either
 /// side, so a stencil may read up to kPadding columns out of the image, and a lane may store past a row's end
@@ -30,7 +30,7 @@ struct PlaneView {
 template <class T>
 class Plane {
  public:
-  static constexpr int kPadding = kWidestLane;
+  static constexpr int kPadding = kMaxLaneWidth;
 
   Plane() = default;
   /// Zeros. Throws std::bad_alloc.

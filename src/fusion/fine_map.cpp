@@ -26,8 +26,6 @@ constexpr float kMaxThrough = 1, kMaxStep = 3;
 constexpr double kMaxSigma = 6;
 // Images smaller than this are not halved for their normals.
 constexpr int kLargeImage = 400;
-// Room for lanes beyond the final brick.
-constexpr std::size_t kLanePadding = 16;
 
 constexpr kernels::NoiseModel kNoise = {0.0012f, 0.0019f, 0.4f};
 
@@ -114,7 +112,8 @@ FineMap::FineMap(const Pinhole& camera, const FineMapOptions& options, const Bac
 
 /// Pages of memory that no brick uses are never touched and cost nothing.
 void FineMap::make_room(std::size_t max_bricks, bool color) {
-  const std::size_t voxels = max_bricks * kernels::kBrickVoxels, padded = max_bricks + kLanePadding;
+  const std::size_t voxels = max_bricks * kernels::kBrickVoxels,
+                    padded = max_bricks + kMaxLaneWidth;  // room for lanes beyond the final brick
   const auto words = [&](std::size_t count) { return DeviceArray<std::int32_t>(*backend_, count); };
   distances_ = DeviceArray<float>(*backend_, voxels);
   evidence_ = words(voxels);
@@ -232,7 +231,7 @@ bool FineMap::make_brick(const VoxelPosition& position) {
 }
 
 Mesh FineMap::extract_mesh(int min_readings) const {
-  const DeviceArray<std::int32_t> list(*backend_, bricks() + kLanePadding);
+  const DeviceArray<std::int32_t> list(*backend_, bricks() + kMaxLaneWidth);
   const int entries = backend_->compact(view_.states, view_.bricks, list.data());
   const std::vector<std::int32_t> listed = list.download(*backend_, static_cast<std::size_t>(entries));
   const DeviceArray<std::int32_t> position(*backend_, entry_of_each(listed, bricks())),

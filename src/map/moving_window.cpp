@@ -37,18 +37,23 @@ double Volume::follow(const Viewpoint& from) {
   take_back_borrowed(from.travelled);
   const VoxelPosition by = wanted_move(from.world_from_camera), previous_first = first_brick_;
   if (!is_zero(by)) move_window(by);  // what leaves was made before the camera came to another place
+  // Where the window comes back from a visit, or goes on in another part of the map, the camera has not moved so far.
+  const bool is_on_its_way = !is_visiting_ && from.travelled == travelled_;
+  is_visiting_ = false;
   travelled_ = from.travelled;
   if (is_zero(by)) return travelled_;
   std::vector<PackedBrick> bricks = entering(previous_first, travelled_);
   std::erase_if(bricks, [&](const PackedBrick& brick) { return !are_consistent(brick.travelled, travelled_); });
   unpack(bricks);
-  return travelled_ += double{view_.brick_size()} * Eigen::Vector3d(by.x, by.y, by.z).norm();
+  if (is_on_its_way) travelled_ += double{view_.brick_size()} * Eigen::Vector3d(by.x, by.y, by.z).norm();
+  return travelled_;
 }
 
 void Volume::visit(const Viewpoint& from) {
   if (parameters_.placement != VolumePlacement::follow) return;
   const VoxelPosition by = wanted_move(from.world_from_camera), previous_first = first_brick_;
   if (is_zero(by)) return;
+  is_visiting_ = true;
   move_window(by);
   const std::vector<PackedBrick> bricks = entering(previous_first, from.travelled);
   for (const PackedBrick& brick : bricks) borrowed_[key_of(brick.position)] = brick.travelled;

@@ -91,6 +91,7 @@ void Volume::place(const VolumePlacementResult& placement) {
   packed_ = PackedBricks(view_.has_color());
   borrowed_.clear();
   travelled_ = 0;
+  is_visiting_ = false;
   view_.voxel_size = static_cast<float>(placement.side / view_.resolution());
   if (frames_ > 0) {  // fresh memory is zero and must not be touched: untouched pages cost nothing
     voxels_.clear(*backend_);

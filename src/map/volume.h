@@ -127,6 +127,7 @@ class Volume {
   PackedBricks packed_;                             ///< outside the window, or made long before what is in it
   std::map<BrickKey, double> borrowed_;             ///< `travelled` of bricks that a visit brought into the window
   double travelled_ = 0;                            ///< by the window, by the latest `follow`
+  bool is_visiting_ = false;                        ///< whether a visit has moved the window since
   kernels::BrickMap view_;
   DeviceArray<std::int32_t> voxels_, colors_, states_, marked_, list_, listed_;
   mutable DeviceArray<float> spans_;  ///< of the previous prediction's rays; scratch

@@ -19,7 +19,7 @@ constexpr double kDistinct = 0.1;              // radians, as pose_distance has 
 constexpr double kMargin = 0.15;               // that the second-best place's agreement must be smaller by
 constexpr double kMaxAttitudeDifference = 65;  // degrees, between a keyframe's and the frame's
 constexpr int kKeyframeLevels = 2;
-constexpr double kMaxDrift = 0.03;  // of the way between two maps of one place, as pose_distance has it
+constexpr double kMaxDrift = 0.03;  // of the way between two maps of one place: metres, or as pose_distance has it
 
 /// Of the levels that iterate, the coarsest that a keyframe keeps.
 int keyframe_levels(const TrackingParameters& tracking) {

@@ -197,6 +197,18 @@ TEST_P(MovingWindow, AVisitShowsWhatWasMappedThereAndLeavesNothingBehind) {
   EXPECT_EQ(volume.packed_bricks(), 0u) << "it is still the map of before";
 }
 
+TEST_P(MovingWindow, AVisitIsNoWayThatTheCameraHasGone) {
+  Volume volume = make(VolumePlacement::follow);
+  fuse(&volume, 0);
+  const double travelled = volume.follow({pose(5), volume.follow({pose(1), 0})});
+  ASSERT_GT(travelled, 0);
+  volume.visit({pose(60), travelled});
+  EXPECT_EQ(volume.follow({pose(5), travelled}), travelled);
+  volume.visit({pose(60), travelled});
+  EXPECT_EQ(volume.follow({pose(60), 3}), 3) << "recognised elsewhere";
+  EXPECT_GT(volume.follow({pose(66), 3}), 3);
+}
+
 TEST_P(MovingWindow, PredictsWhatTheCameraSees) {
   Volume volume = walk(VolumePlacement::follow);
   for (const int step : {kSteps - 1, 2}) {  // there, and back where it came from
