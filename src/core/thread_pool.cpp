@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <new>
 #include <thread>
 
@@ -52,7 +51,7 @@ void* ThreadPool::scratch(int slot, std::size_t bytes) const {
     scratch.memory.reset(static_cast<std::byte*>(::operator new[](bytes, std::align_val_t{64})));
     scratch.bytes = bytes;
   }
-  std::memset(scratch.memory.get(), 0, bytes);
+  std::fill_n(scratch.memory.get(), bytes, std::byte{0});
   return scratch.memory.get();
 }
 
