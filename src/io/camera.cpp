@@ -97,6 +97,12 @@ std::optional<CameraChoice> camera_by_folder_name(const std::string& folder) {
   return std::nullopt;
 }
 
+std::string other_size(const NamedCamera* usual, const CameraClues& clues) {
+  if (usual == nullptr) return "";
+  return fmt::format(" (the usual ones, {}, are of {}x{} images, but these are {}x{})", usual->words,
+                     usual->camera.width, usual->camera.height, clues.width, clues.height);
+}
+
 CameraChoice find_choice(const SequenceOptions& options, const CameraClues& clues) {
   if (options.intrinsics) return {*options.intrinsics, {}, "given intrinsics", false};
   if (!options.camera.empty()) return named_camera(options.camera);
@@ -104,9 +110,14 @@ CameraChoice find_choice(const SequenceOptions& options, const CameraClues& clue
   const fs::path file = fs::path(clues.folder) / "camera-intrinsics.txt";
   if (std::error_code error; fs::exists(file, error)) return read_intrinsics(file.string());
   if (auto choice = camera_by_folder_name(clues.folder)) return *choice;
-  if (clues.format_camera.empty()) throw Error("the camera's intrinsics are not known", clues.folder, kCameraAdvice);
-  const NamedCamera& camera = *find_camera(clues.format_camera);
-  CameraChoice choice = choice_of(camera, fmt::format("the format's own ({})", camera.words));
+  const NamedCamera* usual = find_camera(clues.format_camera);
+  const bool is_of_these =
+      usual != nullptr &&
+      (!clues.format_is_guess || (usual->camera.width == clues.width && usual->camera.height == clues.height));
+  if (!is_of_these)
+    throw Error("the camera's intrinsics are not known" + other_size(usual, clues) + clues.refusal, clues.folder,
+                kCameraAdvice);
+  CameraChoice choice = choice_of(*usual, fmt::format("the format's own ({})", usual->words));
   choice.is_guess = clues.format_is_guess;
   return choice;
 }

@@ -25,6 +25,7 @@ struct CameraClues {
   bool format_is_guess = false;                  ///< the format's own camera is only its most common one
   int width = 0, height = 0;                     ///< of the images
   std::optional<CameraChoice> calibration = {};  ///< that came with the frames
+  std::string refusal = {};                      ///< why there is none, "; …", or empty
 };
 
 /// Given intrinsics, else the named camera, else the calibration that came with the frames, else camera-intrinsics.txt

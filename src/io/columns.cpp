@@ -15,6 +15,9 @@ std::string_view unquoted(std::string_view text) {
   return text;
 }
 
+/// Spreadsheets of half the world write semicolons.
+char separator_of(std::string_view text) { return text.find(';') != std::string_view::npos ? ';' : ','; }
+
 ColumnName column_name(std::string_view quoted) {
   const std::string_view text = unquoted(quoted);
   std::size_t open = text.find('[');
@@ -30,12 +33,13 @@ ColumnName column_name(std::string_view quoted) {
 
 std::vector<ColumnName> column_names(std::string_view head) {
   std::vector<ColumnName> names;
-  if (head.find(',') == std::string_view::npos) {
+  const char separator = separator_of(head);
+  if (head.find(separator) == std::string_view::npos) {
     for (const std::string_view name : split_fields(head)) names.push_back(column_name(name));
     return names;
   }
   for (std::string_view rest = head; !rest.empty();) {
-    const std::size_t comma = std::min(rest.find(','), rest.size());
+    const std::size_t comma = std::min(rest.find(separator), rest.size());
     names.push_back(column_name(rest.substr(0, comma)));
     rest.remove_prefix(std::min(comma + 1, rest.size()));
   }
@@ -61,9 +65,10 @@ std::string_view first_field(const TextLine& line) {
 }
 
 std::vector<std::string_view> table_fields(std::string_view text) {
-  if (text.find(',') == std::string_view::npos) return split_fields(text);
+  const char separator = separator_of(text);
+  if (text.find(separator) == std::string_view::npos) return split_fields(text);
   std::vector<std::string_view> fields;
-  for (std::size_t comma = text.find(','); comma != std::string_view::npos; comma = text.find(',')) {
+  for (std::size_t comma = text.find(separator); comma != std::string_view::npos; comma = text.find(separator)) {
     fields.push_back(trim(text.substr(0, comma)));
     text.remove_prefix(comma + 1);
   }

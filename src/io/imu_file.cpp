@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <string_view>
 
 #include "io/atomic_file.h"
+#include "io/camera.h"
 #include "io/columns.h"
 #include "io/imu/alternating_rows.h"
 #include "io/imu/imu_columns.h"
@@ -177,6 +179,16 @@ struct Look {
   }
 };
 
+Look look_of(std::vector<double> norms) {
+  Look look;
+  if (norms.empty()) return look;
+  std::sort(norms.begin(), norms.end());
+  look.median = norms[norms.size() / 2];
+  look.high = norms[norms.size() * 95 / 100];
+  for (const double norm : norms) look.spread += std::abs(norm - look.median) / static_cast<double>(norms.size());
+  return look;
+}
+
 Look look_at(const std::vector<TextLine>& rows, const ImuColumns::Triple& triple) {
   constexpr std::size_t kRows = 5000;
   std::vector<double> norms;
@@ -190,13 +202,7 @@ Look look_at(const std::vector<TextLine>& rows, const ImuColumns::Triple& triple
     }
     if (std::isfinite(sum)) norms.push_back(std::sqrt(sum));
   }
-  Look look;
-  if (norms.empty()) return look;
-  std::sort(norms.begin(), norms.end());
-  look.median = norms[norms.size() / 2];
-  look.high = norms[norms.size() * 95 / 100];
-  for (const double norm : norms) look.spread += std::abs(norm - look.median) / static_cast<double>(norms.size());
-  return look;
+  return look_of(std::move(norms));
 }
 
 /// Three columns without a name: an accelerometer's, or a gyroscope's where they cannot be gravity.
@@ -518,6 +524,47 @@ bool is_imu_file(const std::string& path) {
   return std::none_of(names.begin(), names.end(),
                       [](const ColumnName& column) { return quaternion_component(column.name) != 0; }) &&
          (names_columns_of(kGyroscope, names) || names_columns_of(kAccelerometer, names));
+}
+
+void settle_units(ImuRecording* recording, std::vector<std::string>* notes) {
+  std::vector<ImuSample>& samples = recording->samples;
+  std::vector<double> forces;
+  for (const ImuSample& sample : samples) forces.push_back(sample.specific_force.norm());
+  const Look look = look_of(std::move(forces));
+  const double per_g = recording->has_accelerometer ? look.gravity_unit() : 0;
+  if (per_g > 0 && per_g != kGravity) {
+    for (ImuSample& sample : samples) sample.specific_force *= kGravity / per_g;
+    add_note(notes,
+             fmt::format("the accelerometer reads {:.3g} in the median, where gravity is 9.8 m/s^2: taken for {}",
+                         look.median, per_g == 1 ? "g" : fmt::format("counts of {:g} a g", per_g)));
+  }
+  if (!recording->has_gyroscope || !recording->has_accelerometer) return;
+  ImuColumns layout;
+  layout.sensors[kGyroscope] = ImuColumns::Triple{};
+  check_rates(layout, &samples, notes);
+}
+
+std::string find_imu_file(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  for (const char* name : {"imu.csv", "accelerometer.txt"})
+    if (fs::is_regular_file(fs::path(folder) / name, error)) return (fs::path(folder) / name).string();
+  std::vector<std::string> files;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    const std::string name = lower(it->path().filename().string());
+    const bool is_named =
+        contains_word(name, "imu") || name.starts_with("imu") || name.find("gyro") != std::string::npos;
+    const fs::path file = it->is_directory(error) ? it->path() / "data.csv" : it->path();
+    const std::string extension = lower(file.extension().string());
+    if (is_named && (extension == ".csv" || extension == ".txt") && fs::is_regular_file(file, error))
+      files.push_back(file.string());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::string& file : files) try {
+      if (is_imu_file(file)) return file;
+    } catch (const Error&) {  // some other file
+    }
+  return {};
 }
 
 bool has_gyroscope_columns(const std::string& path) {

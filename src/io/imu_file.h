@@ -22,4 +22,12 @@ bool has_gyroscope_columns(const std::string& path);
 /// the phone's with StrayScanner's imu.csv. Empty for other files.
 std::optional<Eigen::Matrix3d> mounting_by_format(const std::string& path);
 
+/// Readings of a recording that should be in m/s² and rad/s and are not: gravity and its turning tell g, counts, deg/s.
+/// What was concluded is noted.
+void settle_units(ImuRecording* recording, std::vector<std::string>* notes);
+
+/// The file of a folder that holds the readings of an inertial sensor: imu.csv, accelerometer.txt, else the first whose
+/// name says so and whose content is (imu.txt, imu_data.csv, gyro.csv, imu0/data.csv, …); empty without one.
+std::string find_imu_file(const std::string& folder);
+
 }  // namespace plumbline

@@ -47,6 +47,8 @@ std::string RandomAccessFile::read(std::uint64_t offset, std::size_t size) const
 namespace {
 
 [[noreturn]] void refuse(const std::string& path, std::string_view first_bytes) {
+  if (first_bytes.starts_with("\x89PNG") || first_bytes.starts_with("\xFF\xD8\xFF") || first_bytes.starts_with("P5"))
+    throw Error("is a single image, not a recording", path, "give the folder that holds the images");
   if (const auto known = known_unread_format(path))
     throw Error("is " + known->what + ", which is not read", path, known->how_to_convert);
   if (first_bytes.starts_with("#ROSBAG V1"))

@@ -46,4 +46,18 @@ ColorImage ColorRegistration::apply(const DepthImage& readings, double depth_sca
   return result;
 }
 
+DepthImage seen_through(const Pinhole& from, const Pinhole& to, const DepthImage& readings) {
+  const auto nearest = [](float position) { return static_cast<int>(std::lround(position)); };
+  DepthImage result(readings.width, readings.height);
+  for (int y = 0; y < readings.height; ++y) {
+    const int v = nearest((static_cast<float>(y) - to.cy) / to.fy * from.fy + from.cy);
+    if (v < 0 || v >= readings.height) continue;
+    for (int x = 0; x < readings.width; ++x) {
+      const int u = nearest((static_cast<float>(x) - to.cx) / to.fx * from.fx + from.cx);
+      if (u >= 0 && u < readings.width) result.at(x, y) = readings.at(u, v);
+    }
+  }
+  return result;
+}
+
 }  // namespace plumbline

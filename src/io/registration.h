@@ -18,4 +18,8 @@ struct ColorRegistration {
   ColorImage apply(const DepthImage& readings, double depth_scale, const ColorImage& image) const;
 };
 
+/// The depth image that a camera `to` at the same place would see of one of camera `from`: the nearest reading for each
+/// pixel, 0 where `from` saw nothing. Both have the image's size.
+DepthImage seen_through(const Pinhole& from, const Pinhole& to, const DepthImage& readings);
+
 }  // namespace plumbline

@@ -11,9 +11,10 @@
 
 #include "core/undistort.h"
 #include "io/camera.h"
+#include "io/checks/color_check.h"
+#include "io/checks/plausibility.h"
 #include "io/images/image_file.h"
 #include "io/imu_file.h"
-#include "io/plausibility.h"
 #include "io/recorded_camera.h"
 #include "io/recording.h"
 #include "io/registration.h"
@@ -42,6 +43,7 @@ class FileSequence : public Sequence {
         read_imu_(list.read_imu),
         float_unit_(float_unit),
         min_confidence_(options.min_confidence),
+        one_camera_(options.intrinsics || !options.camera.empty()),
         reading_of_(list.reading_of),
         undistorter_(info().camera, options.undistort ? info().distortion : Distortion{}) {
     const SE3& color_from_depth = list.color_from_depth;
@@ -56,18 +58,17 @@ class FileSequence : public Sequence {
     const SequenceEntry& entry = entries_[static_cast<std::size_t>(index)];
     Frame frame{index, entry.time, read_depth(entry), info().depth_scale, {}};
     undistorter_.apply(frame.depth);
+    if (entry.camera && !one_camera_)
+      if (const auto own = scaled_to(*entry.camera, frame.depth.width, frame.depth.height))
+        frame.depth = seen_through(*own, info().camera, frame.depth);
     if (!entry.color.empty()) frame.color = read_color(entry, frame);
     return frame;
   }
 
   ImuRecording read_imu(std::vector<std::string>* notes) const override {
     if (read_imu_) return read_imu_(notes);
-    for (const char* name : {"imu.csv", "accelerometer.txt"}) {
-      const std::filesystem::path file = std::filesystem::path(folder_) / name;
-      if (std::error_code error; std::filesystem::is_regular_file(file, error))
-        return plumbline::read_imu(file.string(), notes);
-    }
-    return {};
+    const std::string file = find_imu_file(folder_);
+    return file.empty() ? ImuRecording{} : plumbline::read_imu(file, notes);
   }
 
   Trajectory read_groundtruth(std::vector<std::string>* notes) const override {
@@ -87,16 +88,24 @@ class FileSequence : public Sequence {
   /// Leaves out readings below the level. A confidence image that cannot be read costs the frame.
   void drop_doubtful(const std::string& file, DepthImage* depth) const {
     const ColorImage confidence = read_color_image(file);
-    check_size(confidence.width, confidence.height, file);
-    for (std::size_t i = 0; i < depth->pixels.size(); ++i)
-      if (confidence.pixels[3 * i] < min_confidence_) depth->pixels[i] = 0;
+    if (static_cast<long long>(confidence.width) * depth->height !=
+        static_cast<long long>(confidence.height) * depth->width)
+      check_size(confidence.width, confidence.height, file);
+    for (int y = 0; y < depth->height; ++y)
+      for (int x = 0; x < depth->width; ++x)
+        if (confidence.at(x * confidence.width / depth->width, y * confidence.height / depth->height, 0) <
+            min_confidence_)
+          depth->at(x, y) = 0;
   }
 
   ColorImage read_color(const SequenceEntry& entry, const Frame& frame) const {
     ColorImage color = read_color_image(entry.color);
     if (registration_) {
       check_size(color.width, color.height, entry.color, registration_->color);
-      return registration_->apply(frame.depth, frame.depth_scale, color);
+      ColorRegistration registration = *registration_;
+      if (entry.camera && !one_camera_)
+        registration.color = scaled_to(*entry.camera, color.width, color.height).value_or(registration.color);
+      return registration.apply(frame.depth, frame.depth_scale, color);
     }
     check_size(color.width, color.height, entry.color);
     undistorter_.apply(color);
@@ -120,6 +129,7 @@ class FileSequence : public Sequence {
   std::function<ImuRecording(std::vector<std::string>* notes)> read_imu_;
   double float_unit_;
   int min_confidence_;
+  bool one_camera_;                                ///< whatever the frames tell of theirs
   std::vector<std::uint16_t> reading_of_;          ///< see SequenceList
   std::optional<ColorRegistration> registration_;  ///< of colour with its own camera
   Undistorter undistorter_;
@@ -128,13 +138,14 @@ class FileSequence : public Sequence {
 /// What most of a dozen depth images are, so that a bad one costs only its frame. Throws what is wrong with the first
 /// if none is depth.
 ImageHeader common_depth_header(const SequenceList& list) {
-  constexpr std::size_t kLooks = 12;
+  constexpr std::size_t kLooks = 12, kUneven = 5;  // so that no rhythm of the frames meets that of the looks
   std::vector<std::pair<ImageHeader, int>> kinds;
   std::exception_ptr failure;
   const std::size_t count = list.entries.size(), step = std::max<std::size_t>(count / kLooks, 1);
   // Those in between are looked at only where none of the dozen can be read.
   for (std::size_t pass = 0; pass < step && kinds.empty(); ++pass)
-    for (std::size_t i = pass; i < count; i += step) try {
+    for (std::size_t k = 0; k * step < count; ++k) try {
+        const std::size_t i = std::min(count - 1, k * step + (pass + kUneven * k) % step);
         const ImageHeader header = read_image_header(list.entries[i].depth);
         if (!header.is_depth)
           throw Error("16-bit grey depth is expected, but the file is: " + header.description, list.entries[i].depth,
@@ -166,19 +177,24 @@ std::vector<std::uint16_t> sampled_numbers(const SequenceList& list) {
   return numbers;
 }
 
-/// Files of real numbers say no unit: metres, unless most of the numbers are too large for a room.
-void check_float_unit(const SequenceList& list, std::vector<Warning>* warnings) {
+/// What one metre is in files of real numbers: given, else 1, unless most of the numbers are too large for a room, and
+/// the recording tells a scale with which they are not.
+double float_scale(const SequenceOptions& options, const SequenceList& list, std::vector<Warning>* warnings) {
   constexpr std::uint16_t kCentimetres = 30, kMillimetres = 400;
+  if (options.depth_scale) return *options.depth_scale;
   std::vector<std::uint16_t> numbers = sampled_numbers(list);
-  if (numbers.empty()) return;
+  if (numbers.empty()) return 1;
   const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
   std::nth_element(numbers.begin(), middle, numbers.end());
-  if (*middle < kCentimetres) return;
+  if (*middle < kCentimetres) return 1;
+  if (!list.depth_scale_is_guess && *middle / list.depth_scale > 0.2 && *middle / list.depth_scale < 20)
+    return list.depth_scale;
   const bool millimetres = *middle >= kMillimetres;
   warnings->push_back({fmt::format("the files hold real numbers, {} in the median: they seem to be {} where metres are "
                                    "expected",
                                    *middle, millimetres ? "millimetres" : "centimetres"),
                        fmt::format("Give --depth-scale {} if that is right.", millimetres ? 1000 : 100)});
+  return 1;
 }
 
 void drop_color(SequenceList* list, const std::string& reason) {
@@ -200,30 +216,78 @@ ImageHeader first_color_header(const SequenceList& list) {
   return {};
 }
 
+/// The camera at the size of its images. One whose size is not told is theirs if its principal point lies near their
+/// centre, else that of the usual size around it. Empty if the images are of another shape.
+std::optional<Pinhole> of_images(Pinhole camera, int width, int height) {
+  constexpr float kNearCentre = 0.2f;
+  if (camera.width == 0) {
+    const float off_x = std::abs((camera.cx + 0.5f) / static_cast<float>(width) - 0.5f),
+                off_y = std::abs((camera.cy + 0.5f) / static_cast<float>(height) - 0.5f);
+    if (off_x < kNearCentre && off_y < kNearCentre) {
+      camera.width = width;
+      camera.height = height;
+      return camera;
+    }
+    const auto sized = sized_by_centre(camera, static_cast<double>(width) / height);
+    if (!sized) return std::nullopt;
+    camera = *sized;
+  }
+  return scaled_to(camera, width, height);
+}
+
+/// Phones write videos that lie on their side, which tools that unpack them turn upright.
+std::string turned_advice(const ImageHeader& color, const ImageHeader& depth) {
+  const bool turned = (color.width > color.height) != (depth.width > depth.height);
+  return turned ? ": they are turned by 90 degrees against depth; unpack videos with `ffmpeg -noautorotate`" : "";
+}
+
+/// A confidence image of another size is sampled if it has the depth's shape, else left out.
+void settle_confidence(const ImageHeader& depth, SequenceList* list) {
+  for (const SequenceEntry& entry : list->entries) try {
+      if (entry.confidence.empty()) continue;
+      const ImageHeader header = read_image_header(entry.confidence);
+      if (static_cast<long long>(header.width) * depth.height == static_cast<long long>(header.height) * depth.width)
+        return;
+      list->notes.push_back(
+          fmt::format("confidence is not used, because its images are {}x{} and depth is {}x{}, of "
+                      "another shape",
+                      header.width, header.height, depth.width, depth.height));
+      for (SequenceEntry& one : list->entries) one.confidence.clear();
+      return;
+    } catch (const Error&) {  // its frame will tell
+    }
+}
+
+/// Intrinsics of the colour images' size, where depth has another, are those of colour: of one camera only on phones.
+void call_camera_of_color_a_guess(const ImageHeader& color, SequenceList* list) {
+  if (!list->camera || list->camera->camera.width != color.width || list->camera->camera.height != color.height) return;
+  list->camera->is_guess = true;
+  list->camera->source += ", of colour's size and perhaps colour's";
+}
+
 /// Colour of another size is registered where both cameras are known and share their place, else left out.
 void settle_color(const ImageHeader& depth, SequenceList* list) {
   const ImageHeader color = first_color_header(*list);
   if (color.width == 0) return;
   const bool same_size = color.width == depth.width && color.height == depth.height;
   if (list->color_camera) {
-    if (list->color_camera->width == 0)
-      list->color_camera->width = color.width, list->color_camera->height = color.height;
-    list->color_camera = scaled_to(*list->color_camera, color.width, color.height);
+    list->color_camera = of_images(*list->color_camera, color.width, color.height);
     if (list->color_camera && same_size) return;
     if (list->color_camera)
       list->notes.push_back(
           fmt::format("colour of {}x{} is sampled at the depth's {}x{} pixels, by the intrinsics of both", color.width,
                       color.height, depth.width, depth.height));
     if (!list->color_camera)
-      drop_color(list, fmt::format("its {}x{} images are not of the shape that its intrinsics belong to", color.width,
-                                   color.height));
+      drop_color(list, fmt::format("its {}x{} images are not of the shape that its intrinsics belong to{}", color.width,
+                                   color.height, turned_advice(color, depth)));
     return;
   }
+  if (!same_size) call_camera_of_color_a_guess(color, list);
   if (!same_size)
     drop_color(list,
                fmt::format("the colour images are {}x{} and depth is {}x{}, and how the two cameras stand to each "
-                           "other is not known",
-                           color.width, color.height, depth.width, depth.height));
+                           "other is not known{}",
+                           color.width, color.height, depth.width, depth.height, turned_advice(color, depth)));
 }
 
 void note_gaps(const SequenceList& list, std::vector<std::string>* notes) {
@@ -244,24 +308,32 @@ void note_gaps(const SequenceList& list, std::vector<std::string>* notes) {
 }
 
 void set_depth_scale(const SequenceOptions& options, const SequenceList& list, const ImageHeader& depth,
-                     SequenceInfo* info) {
-  info->depth_scale = options.depth_scale.value_or(depth.is_float ? 1 : list.depth_scale);
+                     double of_float, SequenceInfo* info) {
+  info->depth_scale = depth.is_float ? of_float : options.depth_scale.value_or(list.depth_scale);
   info->depth_scale_source = options.depth_scale ? "given" : list.depth_scale_source;
   info->depth_scale_is_guess = !options.depth_scale && list.depth_scale_is_guess && !depth.is_float;
   if (!std::isfinite(info->depth_scale) || info->depth_scale <= 0)
     throw Error(fmt::format("a depth scale of {} readings per metre is impossible", info->depth_scale), "depth_scale",
                 "give readings per metre, such as 5000 (TUM) or 1000 (millimetres)");
   if (!depth.is_float) return;
-  info->depth_scale_source +=
-      fmt::format("{}{:g} in the files is a metre ({}), kept as {:g} readings", options.depth_scale ? ": " : "",
-                  info->depth_scale, depth.description, kReadingsOfFloat);
+  const std::string by = info->depth_scale == 1 && !options.depth_scale ? "" : info->depth_scale_source + ": ";
+  info->depth_scale_source = fmt::format("{}{:g} in the files is a metre ({}), kept as {:g} readings", by,
+                                         info->depth_scale, depth.description, kReadingsOfFloat);
   info->depth_scale = kReadingsOfFloat;
 }
 
 /// The camera that came with the frames, at the depth's size. Throws Error if it is one of images of another shape.
 std::optional<CameraChoice> fitting_camera(const SequenceList& list, const ImageHeader& depth) {
-  if (!list.camera || list.camera->camera.width == 0) return list.camera;
+  if (!list.camera) return std::nullopt;
   CameraChoice choice = *list.camera;
+  if (choice.camera.width == 0) {
+    const auto sized = of_images(choice.camera, depth.width, depth.height);
+    if (!sized) return choice;
+    choice.is_guess = choice.camera.fx != sized->fx;
+    if (choice.is_guess) choice.source += ", scaled to the depth's size, a guess by its principal point";
+    choice.camera = *sized;
+    return choice;
+  }
   const Pinhole& known = choice.camera;
   if (known.width == depth.width && known.height == depth.height) return choice;
   const auto scaled = scaled_to(known, depth.width, depth.height);
@@ -299,8 +371,25 @@ void note_confidence(const SequenceOptions& options, const SequenceList& list, s
           : "the confidence images are not used, because the lowest level is 0");
 }
 
+/// Where hardly anything is left, the level is likely wrong, or the images mean something else.
+void check_confidence(const SequenceList& list, int level, std::vector<Warning>* warnings) {
+  constexpr std::size_t kLooks = 5;
+  double all = 0, low = 0;
+  for (std::size_t i = 0; i < list.entries.size(); i += list.entries.size() / kLooks + 1) try {
+      if (list.entries[i].confidence.empty()) continue;
+      const ColorImage confidence = read_color_image(list.entries[i].confidence);
+      for (std::size_t p = 0; p < confidence.pixels.size(); p += 3) low += confidence.pixels[p] < level;
+      all += static_cast<double>(confidence.pixels.size() / 3);
+    } catch (const Error&) {  // its frame will tell
+    }
+  if (all == 0 || low < 0.7 * all) return;
+  warnings->push_back(
+      {fmt::format("{:.0f} % of the readings have a confidence below {} and are left out", 100 * low / all, level),
+       "Give --min-confidence 0 if the confidence images mean something else."});
+}
+
 SequenceInfo describe(const std::string& path, const SequenceOptions& options, const SequenceList& list,
-                      const ImageHeader& depth) {
+                      const ImageHeader& depth, double of_float) {
   SequenceInfo info;
   info.path = path;
   info.format = list.format;
@@ -310,10 +399,10 @@ SequenceInfo describe(const std::string& path, const SequenceOptions& options, c
   info.color_frames = static_cast<int>(std::count_if(list.entries.begin(), list.entries.end(),
                                                      [](const SequenceEntry& entry) { return !entry.color.empty(); }));
   info.body_from_camera = list.body_from_camera;
-  set_depth_scale(options, list, depth, &info);
+  set_depth_scale(options, list, depth, of_float, &info);
   set_camera(options,
              {list.folder, list.format_camera, list.format_camera_is_guess, depth.width, depth.height,
-              fitting_camera(list, depth)},
+              fitting_camera(list, depth), list.camera_refusal},
              &info);
   note_gaps(list, &info.notes);
   note_confidence(options, list, &info.notes);
@@ -336,6 +425,14 @@ class UndistortedDepthSequence : public WrappedSequence {
   static SequenceInfo noted(SequenceInfo info, const DepthDistortion& distortion) {
     distortion.check_size(info.camera.width, info.camera.height);
     info.notes.push_back(distortion.describe() + " is taken out");
+    // Of the first Kinects it is 3 to 4 cm at 2 m.
+    constexpr double kMaxAtTwoMetres = 0.07;
+    if (4 * distortion.rms() > kMaxAtTwoMetres)
+      info.warnings.push_back({distortion.describe() +
+                                   " is more than a depth camera's: the readings may be distances along "
+                                   "the rays (of a simulator) where depth along the axis is expected, "
+                                   "or the intrinsics another camera's",
+                               "Write depth along the optical axis, and check the intrinsics."});
     return info;
   }
 
@@ -347,11 +444,13 @@ std::unique_ptr<Sequence> open_as_measured(const std::string& path, const Sequen
   SequenceList list = list_sequence(path, options);
   const ImageHeader depth = common_depth_header(list);
   settle_color(depth, &list);
-  if (depth.is_float && !options.depth_scale) check_float_unit(list, &list.warnings);
-  SequenceInfo info = describe(path, options, list, depth);
+  settle_confidence(depth, &list);
+  const double of_float = depth.is_float ? float_scale(options, list, &list.warnings) : 1;
+  SequenceInfo info = describe(path, options, list, depth, of_float);
+  if (options.min_confidence > 0) check_confidence(list, options.min_confidence, &info.warnings);
   std::vector<Nanoseconds> times;
   for (const SequenceEntry& entry : list.entries) times.push_back(entry.time);
-  const double float_unit = kReadingsOfFloat / options.depth_scale.value_or(1);
+  const double float_unit = kReadingsOfFloat / of_float;
   return std::make_unique<FileSequence>(std::move(info), list, std::move(times), options, float_unit);
 }
 
@@ -370,7 +469,8 @@ Trajectory Sequence::read_groundtruth(std::vector<std::string>* notes) const {
 
 std::unique_ptr<Sequence> open_sequence(const std::string& path, const SequenceOptions& options) {
   std::unique_ptr<Sequence> sequence = open_as_measured(path, options);
-  const std::vector<Warning> warnings = check_plausibility(*sequence);
+  std::vector<Warning> warnings = check_plausibility(*sequence);
+  if (auto warning = check_color_registration(*sequence)) warnings.push_back(std::move(*warning));
   sequence->info_.warnings.insert(sequence->info_.warnings.end(), warnings.begin(), warnings.end());
   if (options.strict && !sequence->info_.warnings.empty())
     throw Error(sequence->info_.warnings.front().what, path, sequence->info_.warnings.front().what_to_do);

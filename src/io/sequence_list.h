@@ -19,7 +19,9 @@ namespace plumbline {
 struct SequenceEntry {
   Nanoseconds time = 0;           ///< of the depth image
   std::string depth, color = {};  ///< paths; color may be empty
-  std::string confidence = {};    ///< path of an image of the depth's size, or empty
+  std::string confidence = {};    ///< path of an image of the depth's shape, or empty
+  /// The frame's, where they differ, of the size of `SequenceList::camera`: the images are brought to that one.
+  std::optional<Pinhole> camera = {};
 };
 
 struct SequenceList {
@@ -29,6 +31,7 @@ struct SequenceList {
   std::string groundtruth;
   std::function<Trajectory(std::vector<std::string>* notes)> read_truth;  ///< poses that are no file of their own form
   std::optional<CameraChoice> camera;  ///< that came with the frames, of any size: scaled to the depth's
+  std::string camera_refusal = {};     ///< where there is none: what is wrong with the file that should tell it
   /// Of the colour images, of any size or none (then of theirs); empty: the depth's own.
   std::optional<Pinhole> color_camera;
   SE3 color_from_depth;       ///< of that camera, metres

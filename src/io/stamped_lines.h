@@ -32,6 +32,20 @@ inline int decimals_by_size(std::string_view stamp) {
   return value > 1e17 ? 9 : value > 1e14 ? 6 : value > 1e11 ? 3 : 0;
 }
 
+/// The same by the median interval of a camera's frames: more than five seconds is no interval of a recording.
+inline int decimals_by_interval(std::vector<double> stamps) {
+  constexpr double kMinInterval = 1.0 / 500, kMaxInterval = 5;
+  for (std::size_t i = stamps.size(); i-- > 1;) stamps[i] -= stamps[i - 1];
+  if (stamps.size() < 4) return 0;
+  const auto middle = stamps.begin() + static_cast<std::ptrdiff_t>(stamps.size() / 2);
+  std::nth_element(stamps.begin() + 1, middle, stamps.end());
+  if (*middle <= kMaxInterval) return 0;
+  for (const int decimals : {3, 6, 9})
+    if (const double seconds = *middle * std::pow(10, -decimals); seconds >= kMinInterval && seconds <= kMaxInterval)
+      return decimals;
+  return 0;
+}
+
 inline const char* unit_of_decimals(int decimals) {
   return decimals == 9 ? "nanoseconds" : decimals == 6 ? "microseconds" : decimals == 3 ? "milliseconds" : "seconds";
 }

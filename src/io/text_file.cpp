@@ -116,7 +116,9 @@ std::string_view trim(std::string_view text) {
 }
 
 void split_fields(std::string_view text, bool commas, std::vector<std::string_view>* fields) {
-  const auto is_separator = [commas](char c) { return c == ' ' || c == '\t' || c == '\r' || (commas && c == ','); };
+  const auto is_separator = [commas](char c) {
+    return c == ' ' || c == '\t' || c == '\r' || (commas && (c == ',' || c == ';'));
+  };
   fields->clear();
   const char *at = text.data(), *const end = at + text.size();
   while (true) {

@@ -51,7 +51,7 @@ inline bool is_half_written(const TextLine& line, bool lacks_fields) {
 
 std::string_view trim(std::string_view text);
 
-/// Fields between runs of spaces and tabs, and of commas where `commas`.
+/// Fields between runs of spaces and tabs, and of commas and semicolons where `commas`.
 std::vector<std::string_view> split_fields(std::string_view text, bool commas = false);
 /// Same into `fields`, whose memory is used again: for files of millions of lines.
 void split_fields(std::string_view text, bool commas, std::vector<std::string_view>* fields);

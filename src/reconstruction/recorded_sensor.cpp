@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <filesystem>
 #include <utility>
 
 #include "io/imu_file.h"
@@ -44,10 +43,8 @@ std::vector<OrientationSample> filtered(const MountedImu& imu, bool has_mounting
 
 /// Names by which the sensor of a recording is called in messages: its file in a folder, else the recording.
 std::string sensor_of(const SequenceInfo& info) {
-  for (const char* name : {"imu.csv", "accelerometer.txt"})
-    if (std::error_code error; std::filesystem::exists(std::filesystem::path(info.path) / name, error))
-      return (std::filesystem::path(info.path) / name).string();
-  return info.path;
+  const std::string file = find_imu_file(info.path);
+  return file.empty() ? info.path : file;
 }
 
 std::string seconds_text(double first, double final) { return fmt::format("{:.3f} to {:.3f} s", first, final); }

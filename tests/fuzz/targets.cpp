@@ -89,7 +89,7 @@ void list_folder(const char* name, std::string_view bytes) {
 /// A folder of a layout that is told by this file and an image.
 void list_layout(const char* image, const char* name, std::string_view bytes) {
   const Folder folder;
-  for (const char* part : {"depth", "rgb", "aligned_depth"}) fs::create_directories(folder.path() / part);
+  for (const char* part : {"depth", "rgb", "aligned_depth", "cameras"}) fs::create_directories(folder.path() / part);
   folder.with(image, "");
   list_sequence(folder.with(name, bytes), {});
 }
@@ -217,6 +217,8 @@ const std::vector<Target>& targets() {
       {"ply", on_file([](const std::string& path) { read_ply(path); })},
       {"plain_depth", plain_depth},
       {"png", png},
+      {"polycam",
+       [](std::string_view bytes) { list_layout("depth/1.png", "cameras/1.json", bytes); }},
       {"record3d", [](std::string_view bytes) { list_layout("depth/0.exr", "metadata.json", bytes); }},
       {"request", request},
       {"rvl", [](std::string_view bytes) { decode_rvl(bytes, 640 * 480, "x"); }},
@@ -225,6 +227,14 @@ const std::vector<Target>& targets() {
       {"text_camera", on_file([](const std::string& path) { read_text_camera(path); })},
       {"tiff", tiff},
       {"toml", toml},
+      {"trans_matrix",
+       [](std::string_view bytes) {
+         const Folder folder;
+         folder.with("aligned_depth.txt", "1 depth/1.png\n");
+         folder.with("groundtruth.txt", "1 0 0 0 0 0 0 1\n");
+         folder.with("sensors.yaml", "d400_color:\n   intrinsics:\n      data: [ 5, 3, 5, 2 ]\n");
+         list_sequence(folder.with("trans_matrix.yaml", bytes), {});
+       }},
       {"trajectory", on_file([](const std::string& path) { read_trajectory(path); })},
       {"yaml_camera", on_file([](const std::string& path) { read_yaml_camera(path); })}};
   return list;

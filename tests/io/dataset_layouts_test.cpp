@@ -324,6 +324,20 @@ TEST(OpenLoris, AlignedDepthMillimetresAndTheSensorsApart) {
     EXPECT_NEAR(imu.samples[5].specific_force.y(), -9.705, 1e-9) << "between the readings before and after";
     ASSERT_TRUE(sequence->info().body_from_camera);
   }
+  write_text(folder / "groundtruth.txt", "1560000032.1 1 2 3 0 0 0 1\n1560000032.2 1 2 4 0 0 0 1\n");
+  EXPECT_THAT(open_folder(folder)->info().notes, Contains(HasSubstr("may be those of the robot's base")));
+  write_text(
+      folder / "trans_matrix.yaml",
+      "trans_matrix:\n -\n   parent_frame: base_link\n   child_frame: laser\n   matrix: !!opencv-matrix\n      rows: "
+      "4\n"
+      "      cols: 4\n      dt: d\n      data: [ 1, 0, 0, 0.5, 0, 1, 0, 0,\n         0, 0, 1, 0, 0, 0, 0, 1 ]\n -\n"
+      "   parent_frame: \"d400_color\"\n   child_frame: \"laser\"\n   matrix: !!opencv-matrix\n"
+      "      data: [ 1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0.25, 0, 0, 0, 1 ]\n");
+  const Trajectory truth = open_folder(folder)->read_groundtruth();
+  ASSERT_EQ(truth.size(), 2U);
+  // base_from_color = base_from_laser * inverse(color_from_laser): x + 0.5, then the inverse of a quarter turn.
+  EXPECT_TRUE(truth[1].world_from_camera.translation().isApprox(Eigen::Vector3d(1.5, 2.25, 4), 1e-9))
+      << truth[1].world_from_camera.translation().transpose();
   write_text(folder / "sensors.yaml", "%YAML:1.0\nd400_imu:\n   rate: 5\n");
   EXPECT_THAT(error_of([&] { open_folder(folder); }), HasSubstr("no intrinsics of d400_color"));
 }
@@ -349,7 +363,7 @@ TEST(ScannerApp, PosesCamerasAndTimesOfEachFrame) {
   ASSERT_EQ(sequence->size(), 3);
   EXPECT_EQ(sequence->time(1), 5'000'600'000'000);
   EXPECT_NEAR(sequence->info().camera.fx, 101.0 / 2, 1e-4) << "that in the middle, scaled to depth";
-  EXPECT_THAT(sequence->info().notes, Contains(HasSubstr("differ by 1.98 %")));
+  EXPECT_THAT(sequence->info().notes, Contains(HasSubstr("differ by up to 0.99 %")));
   EXPECT_EQ(sequence->info().color_frames, 2);
   EXPECT_EQ(sequence->read(0).color.at(30, 20, 0), 70);
   EXPECT_EQ(sequence->read(0).depth.at(3, 0), 0) << "of the lowest confidence";
@@ -357,6 +371,57 @@ TEST(ScannerApp, PosesCamerasAndTimesOfEachFrame) {
   expect_truth(*sequence, 0.1);
   const Eigen::Matrix3d axes = sequence->read_groundtruth()[0].world_from_camera.rotation();
   EXPECT_TRUE(axes.isApprox(Eigen::Vector3d(1, -1, -1).asDiagonal().toDenseMatrix())) << "y down, z forward";
+}
+
+TEST(ScannerApp, EachImageIsBroughtToOneCamera) {
+  const TempFolder folder;
+  for (int i = 0; i < 3; ++i) {  // planes x = 0.2 z, seen with the focal lengths 90, 100 and 110 of 128 pixels
+    const double f = 45 + 5 * i;
+    DepthImage depth(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) depth.at(x, y) = (x - 31.5) / f > 0.2 ? 2001 : 1001;
+    write_depth_png(folder / fmt::format("depth_0000{}.png", i), depth);
+    ColorImage color(2 * kWidth, 2 * kHeight, 3);
+    for (int y = 0; y < color.height; ++y)
+      for (int x = 0; x < color.width; ++x)
+        for (int c = 0; c < 3; ++c) color.at(x, y, c) = (x - 63.5) / (2 * f) > 0.2 ? 200 : 20;
+    write_color_png(folder / fmt::format("frame_0000{}.jpg", i), color);
+    write_text(folder / fmt::format("frame_0000{}.json", i),
+               fmt::format(R"({{"intrinsics": [{0}, 0, 63.5, 0, {0}, 47.5, 0, 0, 1], "time": {1}}})", 2 * f, i));
+  }
+  const auto sequence = open_folder(folder);
+  EXPECT_FLOAT_EQ(sequence->info().camera.fx, 50);
+  for (int i = 0; i < 3; ++i) {
+    const Frame frame = sequence->read(i);
+    EXPECT_EQ(frame.depth.at(41, 20), 1001) << i;
+    EXPECT_EQ(frame.depth.at(43, 20), 2001) << i;
+    EXPECT_EQ(frame.color.at(40, 20, 0), 20) << i;
+    EXPECT_EQ(frame.color.at(44, 20, 0), 200) << i;
+  }
+  SequenceOptions given;
+  given.intrinsics = Pinhole{50, 50, 31.5f, 23.5f, 0, 0};
+  EXPECT_EQ(open_folder(folder, given)->read(2).depth.at(42, 20), 1001) << "as it is, where one camera is given";
+}
+
+TEST(Polycam, FilesInFoldersByTheirStamps) {
+  const TempFolder folder;
+  for (int i = 0; i < 3; ++i) {
+    const std::string stem = fmt::format("170000000{:04}", 100 * i);
+    write_slope(folder / ("keyframes/depth/" + stem + ".png"), 1001);
+    write_color(folder / ("keyframes/images/" + stem + ".jpg"), 70, 128, 96);
+    fs::create_directories(folder.path() / "keyframes/cameras");
+    write_text(folder / ("keyframes/cameras/" + stem + ".json"),
+               fmt::format(R"({{"fx": 100, "fy": 100, "cx": 63.5, "cy": 47.5, "width": 128, "height": 96,
+                               "timestamp": {}, "t_00": 1, "t_01": 0, "t_02": 0, "t_03": {}, "t_10": 0, "t_11": 1,
+                               "t_12": 0, "t_13": 0, "t_20": 0, "t_21": 0, "t_22": 1, "t_23": 0}})",
+                           1'700'000'000'000'000 + 100'000 * i, 0.1 * i));
+  }
+  const auto sequence = open_folder(folder);
+  EXPECT_EQ(sequence->info().format, "Polycam");
+  EXPECT_EQ(sequence->info().camera, (Pinhole{50, 50, 31.5f, 23.5f, kWidth, kHeight}));
+  EXPECT_EQ(sequence->time(2) - sequence->time(1), 100'000'000);
+  EXPECT_EQ(sequence->read(1).color.at(30, 20, 0), 70);
+  expect_truth(*sequence, 0.1);
 }
 
 #ifdef PLUMBLINE_OPENEXR

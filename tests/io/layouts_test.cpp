@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
+#include "io/checks/plausibility.h"
 #include "io/images/png.h"
 #include "io/layout_samples.h"
-#include "io/plausibility.h"
 #include "io/recorded_camera.h"
 #include "plumbline/error.h"
 #include "plumbline/prefetch.h"
@@ -296,8 +296,9 @@ TEST(Plausibility, StampsThatRunBackwardsOrAreDoubled) {
 }
 
 TEST(Plausibility, StampsInAnotherUnit) {
-  EXPECT_THAT(warnings_at({"0", "33", "66", "100", "133", "166"}), warns_of("in milliseconds", "in seconds"));
-  EXPECT_THAT(warnings_at({"0", "33333", "66666", "100000", "133333", "166666"}), warns_of("in microseconds", ""));
+  EXPECT_THAT(warnings_at({"0", "33", "66", "100", "133", "166"}), warns_of("taken for milliseconds", "in seconds"));
+  EXPECT_THAT(warnings_at({"0", "33333", "66666", "100000", "133333", "166666"}),
+              warns_of("taken for microseconds", ""));
   EXPECT_THAT(warnings_at({"1721362630651355000", "1721362630684688000", "1721362630718021000"}),
               warns_of("depth.txt are taken for nanoseconds, by their size", ""));
 }

@@ -1,8 +1,12 @@
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "io/containers/message_store.h"
 #include "io/containers/ros_messages.h"
+#include "io/images/png.h"
 #include "io/recording.h"
+#include "io/text_file.h"
 #include "plumbline/frame.h"
 #include "plumbline/pinhole.h"
 #include "plumbline/sequence.h"
@@ -215,6 +219,80 @@ TEST(RosRecording, LeavesOutColourOfACameraWhosePlaceIsUnknown) {
   const auto aligned = open_sequence(folder / "scan.bag");
   EXPECT_EQ(aligned->read(0).color.pixels[3], 8);  // as it is
   EXPECT_THAT(aligned->info().notes, IsEmpty());
+}
+
+TEST(RosRecording, EqualIntrinsicsOfAnotherDeviceAreNoRegistration) {
+  const TempFolder folder;
+  Topics topics;
+  topics.color = "/other/color/image_raw";
+  topics.color_info = "/other/color/camera_info";
+  write_db3(folder / "scan.db3", recording({}, topics, kDepthFocal));
+  const auto other = open_sequence(folder / "scan.db3");
+  EXPECT_EQ(other->info().color_frames, 0);
+  EXPECT_THAT(other->info().notes, Contains(HasSubstr("in another frame than depth (color and depth)")));
+  topics = {};
+  std::filesystem::remove(folder.path() / "scan.db3");
+  write_db3(folder / "scan.db3", recording({}, topics, kDepthFocal));
+  const auto same = open_sequence(folder / "scan.db3");
+  EXPECT_EQ(same->info().color_frames, kFrames);
+  EXPECT_THAT(same->info().notes, Contains(HasSubstr("taken for registered, a guess")));
+}
+
+TEST(RosRecording, SaysWhatIsWrongWithTheCameraInfos) {
+  const TempFolder folder;
+  const Encoding e;
+  std::vector<RecordedMessage> all = {{"/camera/depth/camera_info", "sensor_msgs/msg/CameraInfo", time_of(0),
+                                       camera_message(e, "depth", kWidth, kHeight, 0, 0, 0)}};
+  for (int k = 0; k < kFrames; ++k)
+    all.push_back({"/camera/depth/image", "sensor_msgs/msg/Image", time_of(k),
+                   image_message(e, time_of(k), "depth", kWidth, kHeight, "16UC1", depth_data(k))});
+  write_db3(folder / "zero.db3", all);
+  EXPECT_THAT(error_of([&] { open_sequence(folder / "zero.db3"); }),
+              AllOf(HasSubstr("not calibrated: its matrix K is zero"), HasSubstr("--intrinsics")));
+  all.front().data = camera_message(e, "depth", 2 * kWidth, 2 * kHeight, 2 * kDepthFocal, 15.5, 11.5);
+  write_db3(folder / "large.db3", all);
+  const auto scaled = open_sequence(folder / "large.db3");
+  EXPECT_EQ(scaled->info().camera, (Pinhole{20, 20, 7.5f, 5.5f, kWidth, kHeight}));
+  EXPECT_THAT(scaled->info().camera_source, HasSubstr("scaled from 32x24"));
+}
+
+TEST(RosRecording, ColourOnAnotherClockIsTold) {
+  const TempFolder folder;
+  std::vector<RecordedMessage> all = recording({}, {}, kDepthFocal);
+  for (RecordedMessage& message : all)
+    if (message.topic == "/camera/color/image_raw")
+      message.data = image_message({}, message.time - 50 * kNanosecondsPerSecond, "depth", kWidth, kHeight, "rgb8",
+                                   color_data(kWidth, kHeight));
+  write_db3(folder / "scan.db3", all);
+  EXPECT_THAT(open_sequence(folder / "scan.db3")->info().notes,
+              Contains(AllOf(HasSubstr("colour is not used, because 3 of 3"), HasSubstr("50.000"))));
+}
+
+TEST(RosRecording, RealNumbersOfMillimetresAndPackedDepth) {
+  const TempFolder folder;
+  const Encoding e;
+  std::string millimetres;
+  for (int i = 0; i < kWidth * kHeight; ++i) millimetres += little(static_cast<float>(1500 + i));
+  write_db3(folder / "mm.db3", {{"/camera/depth/camera_info", "sensor_msgs/msg/CameraInfo", time_of(0),
+                                 camera_message(e, "depth", kWidth, kHeight, kDepthFocal, 7.5, 5.5)},
+                                {"/camera/depth/image", "sensor_msgs/msg/Image", time_of(0),
+                                 image_message(e, time_of(0), "depth", kWidth, kHeight, "32FC1", millimetres)}});
+  EXPECT_THAT(open_sequence(folder / "mm.db3")->info().warnings.front().what, HasSubstr("seem to be millimetres"));
+  SequenceOptions options;
+  options.depth_scale = 1000;
+  const Frame frame = open_sequence(folder / "mm.db3", options)->read(0);
+  EXPECT_NEAR(frame.depth.pixels[5] / frame.depth_scale, 1.505, 2e-4) << "the scale that is given counts";
+
+  DepthImage depth(kWidth, kHeight);
+  std::fill(depth.pixels.begin(), depth.pixels.end(), std::uint16_t{1234});
+  write_depth_png(folder / "d.png", depth);
+  const std::string packed =
+      RosMessage(e).header(time_of(0), "depth").text("16UC1; png compressed").data(read_file(folder / "d.png")).bytes();
+  write_db3(folder / "png.db3",
+            {{"/camera/depth/camera_info", "sensor_msgs/msg/CameraInfo", time_of(0),
+              camera_message(e, "depth", kWidth, kHeight, kDepthFocal, 7.5, 5.5)},
+             {"/camera/depth/image/compressed", "sensor_msgs/msg/CompressedImage", time_of(0), packed}});
+  EXPECT_EQ(open_sequence(folder / "png.db3")->read(0).depth.pixels[9], 1234);
 }
 
 TEST(RosRecording, ReadsRealSenseRecordings) {

@@ -14,10 +14,21 @@
 namespace plumbline::app {
 namespace {
 
+/// Readings that cannot be read are no reason not to tell of the frames; where a copy is wanted, they are an error.
+ImuRecording readable_imu(const Sequence& sequence, bool must_be, std::vector<std::string>* notes) {
+  try {
+    return sequence.read_imu(notes);
+  } catch (const Error& error) {
+    if (must_be) throw;
+    say("note       the inertial sensor is not used: {}", error.what());
+    return {};
+  }
+}
+
 /// The inertial readings beside the frames, and a copy of them on request.
 void show_imu(const Sequence& sequence, const std::string& copy) {
   std::vector<std::string> notes;
-  const ImuRecording imu = sequence.read_imu(&notes);
+  const ImuRecording imu = readable_imu(sequence, !copy.empty(), &notes);
   if (imu.samples.empty()) {
     if (!copy.empty()) throw Error("has no readings of an inertial sensor", sequence.info().path, "leave --imu out");
     return;

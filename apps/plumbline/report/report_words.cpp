@@ -95,6 +95,7 @@ std::vector<std::string> remarks_of(const Reconstruction& run) {
     remarks.push_back(fmt::format("The largest distance from the true path is {}, {:.2f} s after the start.",
                                   length_text(worst->translation),
                                   to_seconds(run.trajectory[worst->estimate].time - run.frames.front().time)));
+    if (!run.ate_note.empty()) remarks.push_back("The path against the truth: " + run.ate_note);
   } else if (!run.ate_note.empty()) {
     remarks.push_back("How far the path is from the truth could not be told: " + run.ate_note);
   } else {

@@ -70,7 +70,7 @@ struct Reconstruction : plumbline::Reconstruction {
   std::string groundtruth;       ///< path, or empty
   Trajectory truth;              ///< its poses, or empty
   std::optional<eval::AbsoluteError> ate;
-  std::string ate_note;            ///< why there is no `ate` although there is a ground truth
+  std::string ate_note;  ///< why there is no `ate` although there is a ground truth, or what makes it doubtful
   std::optional<LiveCounts> live;  ///< of a live run
   double wall_seconds = 0;
   std::vector<std::string> icp_traces;  ///< what was written for `icp_frames`, JSON

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cli/console.h"
+#include "eval/similarity.h"
 #include "io/atomic_file.h"
 #include "io/mesh.h"
 #include "io/trajectory.h"
@@ -25,12 +26,36 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// A truth in another unit says nothing of the path's error: it is not used. Any other factor is the depth scale's.
+void check_truth_scale(Reconstruction* run) {
+  constexpr double kAlike = 1.15, kMuchBetter = 0.5, kMaxFactor = 10;
+  const double factor = eval::similarity_scale(run->truth, run->trajectory);
+  if (!(factor > 0) || (factor < kAlike && factor > 1 / kAlike)) return;
+  const auto fitted = eval::absolute_trajectory_error(run->truth, eval::scaled(run->trajectory, factor));
+  if (fitted.translation.rmse > kMuchBetter * run->ate->translation.rmse) return;
+  for (const auto& [per_metre, unit] : {std::pair(1000.0, "millimetres"), {100.0, "centimetres"}})
+    if (factor / per_metre > 0.5 && factor / per_metre < 2) {
+      run->ate_note = fmt::format(
+          "the true path is {:.0f} times as long as the tracked one: its positions seem to be in "
+          "{} where metres are expected",
+          factor, unit);
+      run->ate.reset();
+      return;
+    }
+  if (factor > kMaxFactor || factor < 1 / kMaxFactor) return;
+  run->ate_note = fmt::format(
+      "multiplied by {:.3g} the path would lie within {:.4f} m (rmse) of the truth: the depth scale may be wrong, "
+      "{:.4g} readings a metre where {:.4g} were taken",
+      factor, fitted.translation.rmse, run->sequence.depth_scale / factor, run->sequence.depth_scale);
+}
+
 void evaluate(Reconstruction* run) {
   if (run->truth.empty()) return;
   try {
     run->ate = eval::absolute_trajectory_error(run->truth, run->trajectory);
+    check_truth_scale(run);
   } catch (const Error& error) {
-    run->ate_note = error.what();
+    if (!run->ate) run->ate_note = error.what();
   }
 }
 

@@ -90,6 +90,7 @@ Json ate_json(const Reconstruction& run) {
                {"median_m", s.median},
                {"std_m", s.std},
                {"max_m", s.max}});
+  if (!run.ate_note.empty()) json["note"] = run.ate_note;
   return json;
 }
 
@@ -339,8 +340,7 @@ std::vector<std::string> summary_text(const Reconstruction& run) {
     lines.push_back(fmt::format("ATE        {:.4f} m rmse, {:.4f} m median, {:.4f} m max over {} pairs",
                                 run.ate->translation.rmse, run.ate->translation.median, run.ate->translation.max,
                                 run.ate->translation.count));
-  else if (!run.ate_note.empty())
-    lines.push_back("ATE        not known: " + run.ate_note);
+  if (!run.ate_note.empty()) lines.push_back((run.ate ? "           " : "ATE        not known: ") + run.ate_note);
   const Verdict verdict = verdict_of(run);
   lines.push_back(fmt::format("verdict    {}", to_string(verdict.level)));
   for (const std::string& reason : verdict.reasons) lines.push_back("           " + reason);

@@ -121,12 +121,21 @@ void check_rows(const Image& image, std::size_t bytes_per_pixel, const std::stri
     fail(image, "holds fewer bytes than its size asks for", name);
 }
 
+bool is_png_depth(const Image& image) {
+  if (!image.compressed || is_packed_depth(image) || !is_png(image.data)) return false;
+  try {
+    return read_png_header(image.data, "").is_depth;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 std::uint16_t to_reading(double metres) {
   const double reading = std::round(metres * kFloatScale);
   return std::isfinite(reading) && reading > 0 && reading <= 65535 ? static_cast<std::uint16_t>(reading) : 0;
 }
 
-DepthImage depth_of_raw(const Image& image, const std::string& name) {
+DepthImage depth_of_raw(const Image& image, const std::string& name, double float_unit) {
   const bool floats = image.encoding == "32FC1";
   const std::size_t size = floats ? 4 : 2;
   check_rows(image, size, name);
@@ -142,7 +151,7 @@ DepthImage depth_of_raw(const Image& image, const std::string& name) {
       std::uint16_t reading = 0;
       std::memcpy(&metres, bytes.data(), 4);
       std::memcpy(&reading, bytes.data(), 2);
-      depth.pixels[i++] = floats ? to_reading(static_cast<double>(metres)) : reading;
+      depth.pixels[i++] = floats ? to_reading(float_unit * static_cast<double>(metres)) : reading;
     }
   }
   return depth;
@@ -350,6 +359,7 @@ SE3 parse_extrinsics(std::string_view message, Wire wire, const std::string& nam
 
 std::optional<double> depth_scale(const Image& image) {
   if (is_packed_depth(image)) return image.encoding.starts_with("32FC1") ? kFloatScale : kMillimetres;
+  if (is_png_depth(image)) return kMillimetres;
   if (image.compressed) return std::nullopt;
   if (image.encoding == "16UC1" || image.encoding == "mono16") return kMillimetres;
   if (image.encoding == "32FC1") return kFloatScale;
@@ -359,12 +369,13 @@ std::optional<double> depth_scale(const Image& image) {
 bool is_color(const Image& image) {
   if (!image.compressed)
     return color_layout(image) != nullptr || yuv_order(image.encoding) || bayer_order(image.encoding);
-  return !is_packed_depth(image) && (is_jpeg(image.data) || is_png(image.data));
+  return !is_packed_depth(image) && !is_png_depth(image) && (is_jpeg(image.data) || is_png(image.data));
 }
 
-DepthImage depth_of(const Image& image, const std::string& name) {
+DepthImage depth_of(const Image& image, const std::string& name, double float_unit) {
   if (!depth_scale(image)) fail(image, "is no depth", name);
-  return image.compressed ? depth_of_packed(image, name) : depth_of_raw(image, name);
+  if (is_png_depth(image)) return decode_depth_png(image.data, name);
+  return image.compressed ? depth_of_packed(image, name) : depth_of_raw(image, name, float_unit);
 }
 
 ColorImage color_of(const Image& image, const std::string& name) {

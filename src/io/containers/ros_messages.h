@@ -69,8 +69,9 @@ std::optional<double> depth_scale(const Image& image);
 /// Whether color_of() can read it.
 bool is_color(const Image& image);
 
-/// Raw readings of depth_scale(image) per metre; 0 = none. Throws Error for other images and damaged ones.
-DepthImage depth_of(const Image& image, const std::string& name);
+/// Raw readings of depth_scale(image) per metre; 0 = none. `float_unit` is what 1 means in 32FC1, metres. Throws Error
+/// for other images and damaged ones.
+DepthImage depth_of(const Image& image, const std::string& name, double float_unit = 1);
 /// 8-bit RGB. Throws Error as above.
 ColorImage color_of(const Image& image, const std::string& name);
 

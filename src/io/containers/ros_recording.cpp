@@ -10,6 +10,7 @@
 #include "io/containers/message_store.h"
 #include "io/containers/ros_messages.h"
 #include "io/containers/ros_topics.h"
+#include "io/recorded_camera.h"
 #include "io/recording.h"
 #include "io/registration.h"
 #include "io/stamped_lines.h"
@@ -59,6 +60,7 @@ struct Parts {
   ros::ImuTopics imu;
   std::vector<RecordedFrame> frames;
   double encoding_scale = 0;  ///< readings per metre by the depth's encoding
+  double float_unit = 1;      ///< what 1 means in depth of real numbers, metres
   bool undistort = true;
 };
 
@@ -77,7 +79,8 @@ class RosSequence : public Sequence {
     const ros::StoredImage stored = ros::read_image(*parts_.store, *parts_.depth, recorded.depth.message);
     if (ros::depth_scale(stored.image) != parts_.encoding_scale)
       throw Error("the depth's encoding changes", name, "choose another topic");
-    Frame frame{index, recorded.depth.time, ros::depth_of(stored.image, name), info().depth_scale, {}};
+    Frame frame{
+        index, recorded.depth.time, ros::depth_of(stored.image, name, parts_.float_unit), info().depth_scale, {}};
     check_size(frame.depth.width, frame.depth.height, name);
     undistorter_.apply(frame.depth);
     if (recorded.color) read_color(*recorded.color, &frame);
@@ -133,6 +136,7 @@ struct Seen {
   ros::StoredImage first = {};
   int width = 0, height = 0;
   std::optional<ros::CameraOfTopic> camera = {};
+  std::string camera_refusal = {};  ///< what is wrong with the camera_infos where none serves
 };
 
 /// Decides how colour comes to the depth's pixels. What is left out, and what is guessed, is told.
@@ -143,7 +147,8 @@ class ColorChoice {
       : store_(store), options_(options), depth_(depth), camera_(camera), mountings_(mountings), notes_(notes) {}
 
   Color choose() {
-    const MessageTopic* topic = options_.color ? ros::choose_color(store_, options_.color_topic) : nullptr;
+    const MessageTopic* topic =
+        options_.color ? ros::choose_color(store_, options_.color_topic, *depth_.topic) : nullptr;
     if (topic == nullptr) return {};
     try {
       return choose(*topic);
@@ -173,7 +178,10 @@ class ColorChoice {
     const auto mounting =
         mountings_.between(*depth_.topic, depth_.first.image.frame, *color.topic, color.first.image.frame);
     const bool same = same_size && same_camera(depth_.camera->camera, color.camera->camera);
-    if (same && (!mounting || !is_moved(mounting->second_from_first))) return {color.topic};
+    if (same && (!mounting || !is_moved(mounting->second_from_first))) {
+      if (!mounting && depth_.first.image.frame != color.first.image.frame) return of_equal_cameras(color);
+      return {color.topic};
+    }
     if (!mounting) {
       leave_out(*color.topic, fmt::format("it is another camera's (fx {:.1f}, {}x{}; depth: fx {:.1f}, {}x{}) and the "
                                           "recording has no extrinsics between the two (tf_static or extrinsics)",
@@ -191,6 +199,23 @@ class ColorChoice {
     notes_->push_back(fmt::format("colour ({}) is brought to depth through {} and {}", color.topic->name,
                                   color.camera->topic, mounting->source));
     return {color.topic, ColorRegistration{camera_, camera, color.camera->distortion, mounting->second_from_first}};
+  }
+
+  /// Drivers give both cameras the same default intrinsics, calibrated or not.
+  Color of_equal_cameras(const Seen& color) {
+    const auto parts = [](const std::string& name) { return std::count(name.begin(), name.end(), '/'); };
+    if (parts(depth_.topic->name) > 2 && parts(color.topic->name) > 2 &&
+        !ros::share_namespace(depth_.topic->name, color.topic->name)) {
+      leave_out(*color.topic, fmt::format("it is in another frame than depth ({} and {}), under another name, and the "
+                                          "recording has no extrinsics between the two",
+                                          color.first.image.frame, depth_.first.image.frame));
+      return {};
+    }
+    notes_->push_back(fmt::format(
+        "colour ({}) has the intrinsics of depth, though another frame of reference ({} and {}): it is taken "
+        "for registered, a guess",
+        color.topic->name, color.first.image.frame, depth_.first.image.frame));
+    return {color.topic};
   }
 
   Color of_unknown_camera(const Seen& color, bool same_size) {
@@ -219,32 +244,76 @@ class ColorChoice {
 Seen look_at_depth(const MessageStore& store, const SequenceOptions& options) {
   Seen depth{ros::choose_depth(store, options.depth_topic)};
   if (depth.topic == nullptr)
-    throw Error("has no topic with depth images that can be read; its topics are" + ros::list_topics(store),
+    throw Error("has no topic with depth images that can be read" + ros::list_unread_depth(store) + "; its topics are" +
+                    ros::list_topics(store),
                 store.path(), "give a recording with 16UC1, mono16, 32FC1 or compressedDepth images");
   depth.first = ros::read_image(store, *depth.topic, depth.topic->messages.front());
   const DepthImage image = ros::depth_of(depth.first.image, ros::name_of(store, *depth.topic));
   depth.width = image.width;
   depth.height = image.height;
-  depth.camera = ros::camera_of(store, *depth.topic, depth.first.image, image.width, image.height);
+  depth.camera =
+      ros::camera_of(store, *depth.topic, depth.first.image, image.width, image.height, &depth.camera_refusal);
   return depth;
+}
+
+/// The camera_info at the size of the images, which filters make smaller.
+CameraChoice calibration_of(const Seen& depth) {
+  CameraChoice choice{depth.camera->camera, depth.camera->distortion, "the bag's " + depth.camera->topic, false};
+  const Pinhole& camera = choice.camera;
+  if (camera.width == depth.width && camera.height == depth.height) return choice;
+  const auto scaled = scaled_to(camera, depth.width, depth.height);
+  if (!scaled) return choice;
+  choice.source +=
+      fmt::format(", scaled from {}x{} to the depth's {}x{}", camera.width, camera.height, depth.width, depth.height);
+  choice.camera = *scaled;
+  return choice;
 }
 
 void set_camera(const MessageStore& store, const SequenceOptions& options, const Seen& depth, SequenceInfo* info) {
   CameraClues clues{store.path(), "kinect", true, depth.width, depth.height, {}};
-  if (depth.camera)
-    clues.calibration = {depth.camera->camera, depth.camera->distortion, "the bag's " + depth.camera->topic, false};
+  if (depth.camera) clues.calibration = calibration_of(depth);
+  const bool is_given = options.intrinsics || !options.camera.empty();
+  if (!depth.camera && !is_given && (depth.width != 640 || depth.height != 480))
+    throw Error(fmt::format("has no camera_info for its depth ({}, {}x{}){}", depth.topic->name, depth.width,
+                            depth.height, depth.camera_refusal),
+                store.path(), "give the intrinsics of the depth images with --intrinsics fx,fy,cx,cy");
   const CameraChoice choice = choose_camera(options, clues);
   info->camera = choice.camera;
   info->distortion = choice.distortion;
   info->camera_source = choice.source;
   if (choice.is_guess)
-    info->notes.emplace_back(
-        "the recording has no camera_info for its depth; the Kinect's default intrinsics are used, a guess");
+    info->notes.push_back(
+        "the recording has no camera_info for its depth; the Kinect's default intrinsics are used, a "
+        "guess" +
+        depth.camera_refusal);
+  info->camera_is_guess = choice.is_guess;
+}
+
+bool is_float(const Seen& depth) { return depth.first.image.encoding == "32FC1" && !depth.first.image.compressed; }
+
+double share_read(const Seen& depth, double float_unit) {
+  const DepthImage image = ros::depth_of(depth.first.image, "", float_unit);
+  const auto read = std::count_if(image.pixels.begin(), image.pixels.end(), [](std::uint16_t v) { return v > 0; });
+  return static_cast<double>(read) / static_cast<double>(image.pixels.size());
+}
+
+/// Real numbers are metres; a scale that is given says what number one metre is.
+void set_float_scale(const SequenceOptions& options, const Seen& depth, double by_encoding, SequenceInfo* info) {
+  info->depth_scale = by_encoding;
+  info->depth_scale_source = "the encoding of " + depth.topic->name;
+  if (options.depth_scale)
+    info->depth_scale_source =
+        fmt::format("given: {:g} in the messages is a metre, kept as {:g} readings", *options.depth_scale, by_encoding);
+  else if (share_read(depth, 1) < 0.1 * share_read(depth, 1e-3))
+    info->warnings.push_back(
+        {fmt::format("the real numbers of {} seem to be millimetres where metres are the rule", depth.topic->name),
+         "Give --depth-scale 1000 if that is right."});
 }
 
 void set_scale(const MessageStore& store, const SequenceOptions& options, const Seen& depth, double by_encoding,
                SequenceInfo* info) {
   const auto units = ros::realsense_depth_scale(store, *depth.topic);
+  if (is_float(depth)) return set_float_scale(options, depth, by_encoding, info);
   info->depth_scale = options.depth_scale.value_or(units.value_or(by_encoding));
   info->depth_scale_source = options.depth_scale ? "given"
                              : units             ? "the recording's option \"Depth Units\""
@@ -269,6 +338,20 @@ void set_mounting(const Seen& depth, const ros::ImuTopics& imu, const ros::Mount
   }
 }
 
+/// Colour that no depth image has near it in time.
+void note_missing_colors(const std::vector<StampedMessage>& colors, const std::vector<Nanoseconds>& times, int paired,
+                         double seconds, std::vector<std::string>* notes) {
+  if (colors.empty() || paired == static_cast<int>(times.size())) return;
+  std::string text = fmt::format("{} of {} depth images have no colour image within {:.3g} s",
+                                 static_cast<int>(times.size()) - paired, times.size(), seconds);
+  if (paired == 0)
+    text =
+        fmt::format("colour is not used, because {}: its stamps are {:.3f} to {:.3f} s, the depth's {:.3f} to {:.3f} s",
+                    text, to_seconds(colors.front().time), to_seconds(colors.back().time), to_seconds(times.front()),
+                    to_seconds(times.back()));
+  notes->push_back(text);
+}
+
 }  // namespace
 
 std::unique_ptr<Sequence> open_ros_recording(const std::string& path, const SequenceOptions& options) {
@@ -286,6 +369,11 @@ std::unique_ptr<Sequence> open_ros_recording(const std::string& path, const Sequ
   parts.undistort = options.undistort;
   set_camera(store, options, depth, &info);
   set_scale(store, options, depth, parts.encoding_scale, &info);
+  if (is_float(depth)) parts.float_unit = 1 / options.depth_scale.value_or(1);
+  for (const std::string& other : ros::other_depth_topics(store, *depth.topic))
+    if (options.depth_topic.empty())
+      info.notes.push_back(
+          fmt::format("depth on {} is not used: {} was chosen; --depth-topic names another", other, depth.topic->name));
   parts.color = ColorChoice(store, options, depth, info.camera, mountings, &info.notes).choose();
   parts.imu = ros::imu_topics(store);
   set_mounting(depth, parts.imu, mountings, &info);
@@ -298,6 +386,7 @@ std::unique_ptr<Sequence> open_ros_recording(const std::string& path, const Sequ
     times.push_back(message.time);
     info.color_frames += parts.frames.back().color ? 1 : 0;
   }
+  note_missing_colors(colors, times, info.color_frames, options.max_time_difference, &info.notes);
   return std::make_unique<RosSequence>(std::move(info), std::move(times), std::move(parts));
 }
 

@@ -9,6 +9,7 @@
 
 #include "io/camera.h"
 #include "io/imu/joined_sensors.h"
+#include "io/imu_file.h"
 #include "io/stamped_lines.h"
 #include "plumbline/error.h"
 
@@ -37,23 +38,6 @@ int rank(std::string_view topic, bool depth) {
   return rank;
 }
 
-const MessageTopic* choose(const MessageStore& store, const std::string& named, bool depth) {
-  const MessageTopic* best = nullptr;
-  for (const MessageTopic& topic : store.topics()) {
-    if (topic.messages.empty() || (topic.type != "sensor_msgs/Image" && !is_compressed(topic))) continue;
-    if (named.empty() ? kind_of(topic.name) == Kind::infrared : topic.name != named) continue;
-    if (named.empty() && !depth && kind_of(topic.name) == Kind::depth && !has(lower(topic.name), "rgb")) continue;
-    const StoredImage first = read_image(store, topic, topic.messages.front());
-    if (!(depth ? depth_scale(first.image).has_value() : is_color(first.image))) continue;
-    if (best == nullptr || rank(topic.name, depth) > rank(best->name, depth)) best = &topic;
-  }
-  if (best == nullptr && !named.empty())
-    throw Error(
-        fmt::format("has no {} under '{}'; its topics are{}", depth ? "depth" : "colour", named, list_topics(store)),
-        store.path(), "name one that holds images");
-  return best;
-}
-
 /// How many parts of their names, between slashes, two topics share from the front.
 int common_parts(std::string_view a, std::string_view b) {
   int parts = 0;
@@ -61,6 +45,28 @@ int common_parts(std::string_view a, std::string_view b) {
   for (; i < a.size() && i < b.size() && a[i] == b[i]; ++i)
     if (a[i] == '/') ++parts;
   return parts;
+}
+
+/// `beside`: empty, or the depth topic whose colour is wanted.
+const MessageTopic* choose(const MessageStore& store, const std::string& named, bool depth,
+                           const std::string& beside = "") {
+  const auto rank_of = [&](const MessageTopic& topic) {
+    return rank(topic.name, depth) + (beside.empty() ? 0 : 16 * std::min(common_parts(topic.name, beside), 1));
+  };
+  const MessageTopic* best = nullptr;
+  for (const MessageTopic& topic : store.topics()) {
+    if (topic.messages.empty() || (topic.type != "sensor_msgs/Image" && !is_compressed(topic))) continue;
+    if (named.empty() ? kind_of(topic.name) == Kind::infrared : topic.name != named) continue;
+    if (named.empty() && !depth && kind_of(topic.name) == Kind::depth && !has(lower(topic.name), "rgb")) continue;
+    const StoredImage first = read_image(store, topic, topic.messages.front());
+    if (!(depth ? depth_scale(first.image).has_value() : is_color(first.image))) continue;
+    if (best == nullptr || rank_of(topic) > rank_of(*best)) best = &topic;
+  }
+  if (best == nullptr && !named.empty())
+    throw Error(
+        fmt::format("has no {} under '{}'; its topics are{}", depth ? "depth" : "colour", named, list_topics(store)),
+        store.path(), "name one that holds images");
+  return best;
 }
 
 /// Negative: not the camera of that image.
@@ -148,9 +154,30 @@ const MessageTopic* choose_depth(const MessageStore& store, const std::string& n
   return choose(store, named, true);
 }
 
-const MessageTopic* choose_color(const MessageStore& store, const std::string& named) {
-  return choose(store, named, false);
+const MessageTopic* choose_color(const MessageStore& store, const std::string& named, const MessageTopic& depth) {
+  return choose(store, named, false, depth.name);
 }
+
+std::vector<std::string> other_depth_topics(const MessageStore& store, const MessageTopic& taken) {
+  std::vector<std::string> names;
+  for (const MessageTopic& topic : store.topics()) {
+    if (&topic == &taken || topic.messages.empty() || kind_of(topic.name) != Kind::depth ||
+        (topic.type != "sensor_msgs/Image" && !is_compressed(topic)))
+      continue;
+    if (depth_scale(read_image(store, topic, topic.messages.front()).image)) names.push_back(topic.name);
+  }
+  return names;
+}
+
+std::string list_unread_depth(const MessageStore& store) {
+  std::string text;
+  for (const MessageTopic& topic : store.topics())
+    if (!topic.messages.empty() && kind_of(topic.name) == Kind::depth && topic.type == "sensor_msgs/Image")
+      text += fmt::format("; {} holds {}", topic.name, read_image(store, topic, topic.messages.front()).image.encoding);
+  return text;
+}
+
+bool share_namespace(std::string_view a, std::string_view b) { return common_parts(a, b) > 0; }
 
 bool is_registered_by_name(std::string_view depth, std::string_view color) {
   const std::string d = lower(depth), c = lower(color);
@@ -159,15 +186,28 @@ bool is_registered_by_name(std::string_view depth, std::string_view color) {
 }
 
 std::optional<CameraOfTopic> camera_of(const MessageStore& store, const MessageTopic& image, const Image& first,
-                                       int width, int height) {
+                                       int width, int height, std::string* refusal) {
   std::optional<CameraOfTopic> best;
+  const auto refuse = [&](const MessageTopic& topic, const std::string& why) {
+    if (refusal != nullptr) *refusal += fmt::format("; {} {}", topic.name, why);
+  };
   int best_fitness = -1;
   for (const MessageTopic& topic : store.topics()) {
     if (topic.type != "sensor_msgs/CameraInfo" || topic.messages.empty()) continue;
-    const MessageBytes bytes = store.read(topic.messages.front());
-    const CameraInfo info = parse_camera_info(bytes.bytes, topic.wire, name_of(store, topic));
+    CameraInfo info;
+    try {
+      const MessageBytes bytes = store.read(topic.messages.front());
+      info = parse_camera_info(bytes.bytes, topic.wire, name_of(store, topic));
+    } catch (const Error& error) {  // another camera's, perhaps
+      const std::string_view text = error.what();
+      refuse(topic, "cannot be used: " + std::string(text.substr(0, text.find('\n'))));
+      continue;
+    }
     const bool rectified = has(lower(image.name), "rect") && info.rectified.is_valid();
-    if (!rectified && !info.camera.is_valid()) continue;  // not calibrated
+    if (!rectified && !info.camera.is_valid()) {
+      refuse(topic, "is not calibrated: its matrix K is zero");
+      continue;
+    }
     const int fit = fitness(topic, info, image, first.frame, width, height);
     if (fit <= best_fitness) continue;
     best_fitness = fit;
@@ -264,7 +304,9 @@ ImuTopics imu_topics(const MessageStore& store) {
   return apart;
 }
 
-ImuRecording read_imu(const MessageStore& store, const ImuTopics& topics, std::vector<std::string>* notes) {
+namespace {
+
+ImuRecording read_samples(const MessageStore& store, const ImuTopics& topics, std::vector<std::string>* notes) {
   ImuRecording recording;
   recording.has_gyroscope = topics.gyroscope != nullptr;
   recording.has_accelerometer = topics.accelerometer != nullptr;
@@ -280,6 +322,14 @@ ImuRecording read_imu(const MessageStore& store, const ImuTopics& topics, std::v
   recording.samples = join_sensors(samples_of(store, *topics.gyroscope, notes), forces);
   add_note(notes, fmt::format("gyroscope and accelerometer come on topics apart ({} and {}) and were joined",
                               topics.gyroscope->name, topics.accelerometer->name));
+  return recording;
+}
+
+}  // namespace
+
+ImuRecording read_imu(const MessageStore& store, const ImuTopics& topics, std::vector<std::string>* notes) {
+  ImuRecording recording = read_samples(store, topics, notes);
+  settle_units(&recording, notes);
   return recording;
 }
 

@@ -26,7 +26,14 @@ StoredImage read_image(const MessageStore& store, const MessageTopic& topic, con
 /// The named topic, or of those that hold depth (or colour) the one whose name fits best; never infrared unless named.
 /// Null if there is none. Throws Error if the named one holds none.
 const MessageTopic* choose_depth(const MessageStore& store, const std::string& named);
-const MessageTopic* choose_color(const MessageStore& store, const std::string& named);
+/// Colour of the depth topic's namespace comes first.
+const MessageTopic* choose_color(const MessageStore& store, const std::string& named, const MessageTopic& depth);
+/// Depth topics that can be read and are not `taken`.
+std::vector<std::string> other_depth_topics(const MessageStore& store, const MessageTopic& taken);
+/// "; /camera/depth/image holds 8UC1", of the topics that are named for depth and are none; for errors.
+std::string list_unread_depth(const MessageStore& store);
+/// Whether two topics have the first part of their names in common, "/camera".
+bool share_namespace(std::string_view a, std::string_view b);
 /// "\n  /camera/depth (sensor_msgs/Image, 30 messages)…", for errors.
 std::string list_topics(const MessageStore& store);
 
@@ -35,14 +42,15 @@ std::string list_topics(const MessageStore& store);
 bool is_registered_by_name(std::string_view depth, std::string_view color);
 
 /// A camera_info that belongs to a topic of images: it shares the namespace or the frame of reference, has the image's
-/// size, and is not another kind of camera's. The image's camera is the rectified one where its name says so.
+/// size, and is not another kind of camera's. The image's camera is the rectified one where its name says so. Without
+/// one, `refusal` gets what is wrong with those that are there.
 struct CameraOfTopic {
   std::string topic;
   Pinhole camera;
   Distortion distortion;
 };
 std::optional<CameraOfTopic> camera_of(const MessageStore& store, const MessageTopic& image, const Image& first,
-                                       int width, int height);
+                                       int width, int height, std::string* refusal = nullptr);
 
 /// Readings per metre by a RealSense's option "Depth Units" of the sensor that the topic belongs to.
 std::optional<double> realsense_depth_scale(const MessageStore& store, const MessageTopic& depth);

@@ -23,6 +23,7 @@ std::span<const FolderFormat> folder_formats();
 bool list_stray_scanner(const SequenceOptions& options, SequenceList* list);
 bool list_record3d(const SequenceOptions& options, SequenceList* list);
 bool list_scanner_app(const SequenceOptions& options, SequenceList* list);
+bool list_polycam(const SequenceOptions& options, SequenceList* list);
 bool list_open_loris(const SequenceOptions& options, SequenceList* list);
 bool list_replica(const SequenceOptions& options, SequenceList* list);
 bool list_tum_or_icl(const SequenceOptions& options, SequenceList* list);

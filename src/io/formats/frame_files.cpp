@@ -8,6 +8,7 @@
 
 #include "io/camera.h"
 #include "io/columns.h"
+#include "io/imu_file.h"
 #include "io/recorded_camera.h"
 #include "io/seven_scenes.h"
 #include "io/stamped_lines.h"
@@ -87,19 +88,45 @@ std::vector<fs::directory_entry> entries_of(const fs::path& folder) {
   return entries;
 }
 
+std::string listed_file(const fs::path& folder, std::string_view name) {
+  fs::path path = folder / name;
+  if (is_file(path)) return path.string();
+  std::string slashes(name);
+  std::replace(slashes.begin(), slashes.end(), '\\', '/');
+  const fs::path listed(slashes);
+  for (const fs::path& place :
+       {folder / listed, folder / listed.parent_path().filename() / listed.filename(), folder / listed.filename()})
+    if (is_file(place)) return place.string();
+  return path.string();
+}
+
+int decimals_of_list(const TextFile& file) {
+  if (file.lines().empty()) return 0;
+  const int by_size = decimals_by_size(first_field(file.lines().front()));
+  if (by_size > 0) return by_size;
+  std::vector<double> stamps;
+  for (const TextLine& line : file.lines()) {
+    const auto whole = parse_unsigned(first_field(line));
+    if (!whole) return 0;
+    stamps.push_back(static_cast<double>(*whole));
+  }
+  return decimals_by_interval(std::move(stamps));
+}
+
 std::vector<StampedFile> read_list(const std::string& name, SequenceList* list) {
   const TextFile file((fs::path(list->folder) / name).string());
   std::vector<StampedFile> files;
-  const int decimals = file.lines().empty() ? 0 : decimals_by_size(first_field(file.lines().front()));
+  const int decimals = decimals_of_list(file);
   read_lines(file, 2, &list->notes, [&](const TextLine& line) {
-    const std::string_view stamp = split_fields(line.text).front();
-    const std::string_view path = trim(line.text.substr(stamp.size()));
+    const std::string_view stamp = first_field(line);
+    std::string_view path = trim(line.text.substr(std::min(line.text.find(stamp) + stamp.size(), line.text.size())));
+    if (path.starts_with(',') || path.starts_with(';')) path = trim(path.substr(1));
     if (path.empty()) file.fail(line, "has no file name after the time", kListAdvice);
-    files.push_back({stamp_of(file, line, stamp, kListAdvice, decimals), (fs::path(list->folder) / path).string()});
+    files.push_back({stamp_of(file, line, stamp, kListAdvice, decimals), listed_file(list->folder, path)});
   });
   if (decimals > 0)
     list->warnings.push_back(
-        {fmt::format("the stamps of {} are taken for {}, by their size, where seconds are expected", name,
+        {fmt::format("the stamps of {} are taken for {}, by their size or interval, where seconds are expected", name,
                      unit_of_decimals(decimals)),
          "Write each image's time in seconds, or check that this is so."});
   return files;
@@ -111,6 +138,14 @@ bool spread_equal_stamps(std::vector<StampedFile>* files) {
   for (const StampedFile& file : *files) ++counts[file.time];
   if (2 * counts.size() > files->size()) return false;
   for (std::size_t i = 0; i < files->size(); ++i) (*files)[i].time = time_at_30_hz(static_cast<long long>(i));
+  return true;
+}
+
+bool spread_counted_stamps(std::vector<StampedFile>* files) {
+  if (files->size() < 3 || files->front().time < 0 || files->front().time > kNanosecondsPerSecond) return false;
+  for (std::size_t i = 1; i < files->size(); ++i)
+    if ((*files)[i].time != (*files)[i - 1].time + kNanosecondsPerSecond) return false;
+  for (StampedFile& file : *files) file.time = time_at_30_hz(file.time / kNanosecondsPerSecond);
   return true;
 }
 
@@ -217,16 +252,48 @@ bool natural_less(const std::string& a, const std::string& b) {
   return a < b;  // 01 and 1
 }
 
-void take_recorded_camera(SequenceList* list) {
-  const auto recorded = find_recorded_camera(list->folder);
+void take_recorded_camera(const SequenceOptions& options, SequenceList* list) {
+  std::vector<Warning> warnings;
+  const auto recorded = find_recorded_camera(list->folder, &warnings);
+  const bool is_given = options.intrinsics || !options.camera.empty();
+  if (!is_given) list->warnings.insert(list->warnings.end(), warnings.begin(), warnings.end());
+  if (!recorded && !warnings.empty()) list->camera_refusal = "; " + warnings.front().what;
   if (!recorded) return;
   list->camera = recorded->choice;
-  if (recorded->color && !same_pixels(*recorded->color, recorded->choice.camera)) list->color_camera = recorded->color;
+  const SE3& moved = recorded->color_from_depth;
+  const bool is_moved = !moved.rotation().isIdentity(1e-6) || !moved.translation().isZero(1e-6);
+  if (recorded->color && (is_moved || !same_pixels(*recorded->color, recorded->choice.camera))) {
+    list->color_camera = recorded->color;
+    list->color_from_depth = moved;
+  }
   if (recorded->body_from_camera) list->body_from_camera = recorded->body_from_camera;
   if (recorded->depth_scale <= 0) return;
   list->depth_scale = recorded->depth_scale;
   list->depth_scale_source = recorded->choice.source;
   list->depth_scale_is_guess = false;
+}
+
+void note_unused_files(SequenceList* list) {
+  const bool has_color = std::any_of(list->entries.begin(), list->entries.end(),
+                                     [](const SequenceEntry& entry) { return !entry.color.empty(); });
+  const bool has_sensor = list->read_imu || !find_imu_file(list->folder).empty();
+  for (const fs::directory_entry& entry : entries_of(list->folder)) {
+    const std::string name = entry.path().filename().string(), small = lower(name);
+    const std::string extension = lower(entry.path().extension().string());
+    const auto has = [&](std::string_view word) { return small.find(word) != std::string::npos; };
+    const bool is_text = extension == ".txt" || extension == ".csv";
+    if (!is_file(entry.path())) continue;
+    if (is_text && !has_sensor && (has("orient") || has("quat")))
+      list->notes.push_back(fmt::format("{} is not used: --orientation {} names it as an orientation sensor's", name,
+                                        entry.path().string()));
+    else if (is_text && list->groundtruth.empty() && (has("pose") || has("traj") || has("truth")))
+      list->notes.push_back(
+          fmt::format("{} is not used: --groundtruth {} names it as true poses", name, entry.path().string()));
+    else if (!has_color && (extension == ".mp4" || extension == ".mov" || extension == ".avi" || extension == ".mkv") &&
+             list->format != "StrayScanner")
+      list->notes.push_back(
+          fmt::format("{} is not used, because colour is read from images: unpack it into rgb/", name));
+  }
 }
 
 std::string find_groundtruth(const fs::path& folder) {

@@ -30,7 +30,7 @@ template <class ReadLine>
 void read_lines(const TextFile& file, std::size_t fields_needed, std::vector<std::string>* notes,
                 ReadLine&& read_line) {
   for (const TextLine& line : file.lines()) {
-    const bool lacks_fields = split_fields(line.text).size() < fields_needed;
+    const bool lacks_fields = split_fields(line.text, true).size() < fields_needed;
     if (line.is_last && lacks_fields) {
       notes->push_back(fmt::format("the last line of {} ({}) is half-written and was left out",
                                    std::filesystem::path(file.path()).filename().string(), line.number));
@@ -40,13 +40,20 @@ void read_lines(const TextFile& file, std::size_t fields_needed, std::vector<std
   }
 }
 
-/// "seconds file", where the file's name may hold blanks. Stamps of more digits than seconds since 1970 have are taken
-/// for milliseconds, microseconds or nanoseconds, which is warned of.
+/// The listed file: as it is written, with a Windows path's slashes, or, of a path of another machine, its final parts
+/// in `folder`. As it is written if none of these is there.
+std::string listed_file(const std::filesystem::path& folder, std::string_view name);
+
+/// "seconds file", where the file's name may hold blanks. Stamps of more digits than seconds since 1970 have, or too
+/// far apart for a camera's, are taken for milliseconds, microseconds or nanoseconds, which is warned of.
 std::vector<StampedFile> read_list(const std::string& name, SequenceList* list);
 
 /// Where most files have one and the same stamp, that says nothing: they are taken to be 1/30 s apart as they are
 /// listed. Returns whether that was so.
 bool spread_equal_stamps(std::vector<StampedFile>* files);
+
+/// Stamps 0, 1, 2, … or 1, 2, 3, … count frames: they are taken to be 1/30 s apart. Returns whether that was so.
+bool spread_counted_stamps(std::vector<StampedFile>* files);
 
 /// Order of time, one file a stamp. `what` names the files in notes.
 void sort_and_thin(const std::string& what, std::vector<StampedFile>* files, std::vector<std::string>* notes);
@@ -70,11 +77,15 @@ Nanoseconds max_difference(const SequenceOptions& options);
 bool natural_less(const std::string& a, const std::string& b);
 
 /// The camera and the unit of depth that the recording's own files tell; they replace the format's.
-void take_recorded_camera(SequenceList* list);
+void take_recorded_camera(const SequenceOptions& options, SequenceList* list);
 
 /// Poses that lie beside the listed frames: those of find_groundtruth(), else ScanNet's folder `pose` (pose/7.txt is of
 /// the depth image numbered 7), SUN3D's newest extrinsics/*.txt, or Redwood's .log (its frame k is the k-th image).
 void take_truth(SequenceList* list);
+
+/// Notes files in the folder that look like an orientation sensor's, true poses or a video of colour where nothing of
+/// the kind was found, with the option that names them.
+void note_unused_files(SequenceList* list);
 
 /// groundtruth.txt, or ICL-NUIM's traj3.gt.freiburg; else empty.
 std::string find_groundtruth(const std::filesystem::path& folder);

@@ -10,8 +10,10 @@
 #include "io/formats/formats.h"
 #include "io/formats/frame_files.h"
 #include "io/imu/joined_sensors.h"
+#include "io/pose_matrix.h"
 #include "io/stamped_lines.h"
 #include "io/text_file.h"
+#include "io/trajectory.h"
 #include "plumbline/error.h"
 
 namespace plumbline {
@@ -109,6 +111,81 @@ ImuRecording read_imu_files(const fs::path& folder, std::vector<std::string>* no
   return recording;
 }
 
+struct FrameLink {
+  std::string parent, child;
+  SE3 parent_from_child;
+};
+
+std::string_view bare_name(std::string_view text) {
+  text = trim(text);
+  const bool is_quoted = text.size() > 1 && (text.front() == '"' || text.front() == '\'');
+  return is_quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+/// trans_matrix.yaml: parent_frame, child_frame, and a 4×4 matrix that takes points of the child to the parent.
+std::vector<FrameLink> read_links(const std::string& path) {
+  const TextFile file(path);
+  std::vector<FrameLink> links;
+  std::string parent, child;
+  std::vector<double> numbers;
+  for (const TextLine& line : file.lines()) {
+    std::string_view text = line.text;
+    const std::size_t colon = text.find(':');
+    const std::string key(colon == std::string_view::npos ? "" : trim(text.substr(0, colon)));
+    if (key.ends_with("parent_frame")) parent = bare_name(text.substr(colon + 1));
+    if (key.ends_with("child_frame")) child = bare_name(text.substr(colon + 1));
+    if (!key.empty() && key != "data") continue;
+    if (key == "data") numbers.clear();
+    std::string bare(key.empty() ? text : text.substr(colon + 1));
+    for (char& c : bare)
+      if (c == '[' || c == ']') c = ' ';
+    for (const std::string_view field : split_fields(bare, true))
+      if (const auto value = parse_double(field)) numbers.push_back(*value);
+    if (numbers.size() != 16) continue;
+    if (const auto motion = pose_of_matrix(numbers, path)) links.push_back({parent, child, *motion});
+    numbers.clear();
+  }
+  return links;
+}
+
+/// base_from_camera, over at most the links that there are.
+std::optional<SE3> base_from(const std::vector<FrameLink>& links, std::string_view camera) {
+  std::map<std::string, SE3> reached = {{"base_link", SE3()}};
+  for (std::size_t pass = 0; pass <= links.size(); ++pass) {
+    for (const auto& [frame, base_from_frame] : reached)
+      if (frame.starts_with(camera)) return base_from_frame;
+    for (const FrameLink& link : links) {
+      if (reached.contains(link.parent)) reached.emplace(link.child, reached[link.parent] * link.parent_from_child);
+      if (reached.contains(link.child))
+        reached.emplace(link.parent, reached[link.child] * link.parent_from_child.inverse());
+    }
+  }
+  return std::nullopt;
+}
+
+/// The true poses are those of the robot's base; trans_matrix.yaml brings them to the camera.
+void take_base_poses(std::string_view camera, SequenceList* list) {
+  if (list->groundtruth.empty()) return;
+  const fs::path file = fs::path(list->folder) / "trans_matrix.yaml";
+  std::optional<SE3> base_from_camera;
+  try {
+    if (is_file(file)) base_from_camera = base_from(read_links(file.string()), camera);
+  } catch (const Error&) {  // damaged, which is no reason not to reconstruct: told below
+  }
+  if (!base_from_camera) {
+    list->notes.push_back(fmt::format("the true poses may be those of the robot's base: {}",
+                                      is_file(file) ? "trans_matrix.yaml does not lead from base_link to the camera"
+                                                    : "there is no trans_matrix.yaml that leads to the camera"));
+    return;
+  }
+  list->notes.emplace_back("the true poses, those of the robot's base, are brought to the camera by trans_matrix.yaml");
+  list->read_truth = [path = list->groundtruth, motion = *base_from_camera](std::vector<std::string>* notes) {
+    Trajectory poses = read_trajectory(path, notes);
+    for (StampedPose& pose : poses) pose.world_from_camera = pose.world_from_camera * motion;
+    return poses;
+  };
+}
+
 }  // namespace
 
 bool list_open_loris(const SequenceOptions& options, SequenceList* list) {
@@ -132,9 +209,7 @@ bool list_open_loris(const SequenceOptions& options, SequenceList* list) {
   list->depth_scale = 1000;
   list->depth_scale_source = "the data set's own (OpenLORIS-Scene, millimetres)";
   list->groundtruth = find_groundtruth(folder);
-  if (!list->groundtruth.empty())
-    list->notes.emplace_back(
-        "the true poses may be those of the robot's base; trans_matrix.yaml is not applied to them");
+  take_base_poses(aligned ? "d400_color" : "d400_depth", list);
   list->read_imu = [folder](std::vector<std::string>* notes) { return read_imu_files(folder, notes); };
   // The axes of a RealSense's inertial sensor are those of its depth camera.
   list->body_from_camera = Eigen::Matrix3d::Identity();

@@ -63,7 +63,7 @@ bool list_replica(const SequenceOptions& options, SequenceList* list) {
   list->depth_scale = 6553.5;
   list->depth_scale_source = "the format's own (Replica, NICE-SLAM), a guess without cam_params.json";
   list->depth_scale_is_guess = true;
-  take_recorded_camera(list);
+  take_recorded_camera(options, list);
   list->groundtruth = (folder / "traj.txt").string();
   list->read_truth = [path = list->groundtruth](std::vector<std::string>*) { return read_traj(path); };
   return true;

@@ -36,7 +36,7 @@ bool list_sequence_folder(const SequenceOptions& options, SequenceList* list) {
   list->depth_scale_source = "the format's own (7-Scenes, millimetres)";
   for (std::uint32_t value = 0; value < 65536; ++value)
     list->reading_of.push_back(value == 65535 ? std::uint16_t{0} : static_cast<std::uint16_t>(value));
-  take_recorded_camera(list);
+  take_recorded_camera(options, list);
   if (has_color && !list->camera)
     list->notes.emplace_back("7-Scenes' colour images are not registered to depth; colours lie a few pixels off");
   if (!seven_scenes_files(list->folder, ".pose.txt").empty()) list->groundtruth = list->folder;

@@ -55,17 +55,8 @@ Odometry read_odometry(const std::string& path, std::vector<std::string>* notes)
 
 /// The matrix belongs to the video, whose size follows from the principal point: near its centre.
 Pinhole video_camera(const std::string& path) {
-  Pinhole camera = read_matrix_file(path);
-  constexpr std::array<std::pair<int, int>, 5> kSizes = {
-      {{1920, 1440}, {1280, 960}, {640, 480}, {1920, 1080}, {256, 192}}};
-  for (const auto& [width, height] : kSizes) {
-    if (std::abs(2 * camera.cx / static_cast<float>(width) - 1) > 0.08f ||
-        std::abs(2 * camera.cy / static_cast<float>(height) - 1) > 0.08f)
-      continue;
-    camera.width = width;
-    camera.height = height;
-    return camera;
-  }
+  const Pinhole camera = read_matrix_file(path);
+  if (const auto sized = sized_by_centre(camera)) return *sized;
   throw Error(fmt::format("the principal point ({}, {}) is that of no video size that is known", camera.cx, camera.cy),
               path, "give the intrinsics of the depth images with --intrinsics");
 }
@@ -79,6 +70,10 @@ std::string image_beside(const fs::path& folder, const std::string& stem) {
 void list_frames(const SequenceOptions& options, const Odometry& odometry, SequenceList* list) {
   const fs::path folder = list->folder;
   int without_time = 0;
+  // ffmpeg counts from 1, if not told otherwise; the app's depth images from 0.
+  const bool from_one = options.color && !image_beside(folder / "rgb", "000001").empty() &&
+                        image_beside(folder / "rgb", "000000").empty() &&
+                        !image_beside(folder / "depth", "000000").empty();
   for (const fs::directory_entry& entry : entries_of(folder / "depth")) {
     const std::string stem = entry.path().stem().string();
     const std::string extension = lower(entry.path().extension().string());
@@ -89,11 +84,15 @@ void list_frames(const SequenceOptions& options, const Odometry& odometry, Seque
       ++without_time;
       continue;
     }
-    list->entries.push_back({odometry.time_of_frame.empty() ? time_at_30_hz(*number) : time->second,
-                             entry.path().string(), options.color ? image_beside(folder / "rgb", stem) : std::string(),
-                             image_beside(folder / "confidence", stem)});
+    list->entries.push_back(
+        {odometry.time_of_frame.empty() ? time_at_30_hz(*number) : time->second, entry.path().string(),
+         options.color ? image_beside(folder / "rgb", from_one ? fmt::format("{:06}", *number + 1) : stem)
+                       : std::string(),
+         image_beside(folder / "confidence", stem)});
   }
   std::sort(list->entries.begin(), list->entries.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+  if (from_one)
+    list->notes.emplace_back("colour images are numbered from 1 and depth from 0: they are paired in order, a guess");
   if (without_time > 0)
     list->notes.push_back(fmt::format("{} depth images have no line in odometry.csv and were left out", without_time));
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "io/columns.h"
 #include "io/formats/formats.h"
 #include "io/formats/frame_files.h"
 #include "io/stamped_lines.h"
@@ -15,9 +16,22 @@ namespace fs = std::filesystem;
 
 constexpr const char* kAssociationsAdvice = "write each line as: seconds depth-file seconds colour-file";
 
+/// Whether true poses lie there that count frames as well, as ICL-NUIM's do: then both are left as they are.
+bool truth_counts_frames(const fs::path& folder) {
+  const std::string path = find_groundtruth(folder);
+  if (path.empty()) return false;
+  const TextFile file(path);
+  return file.lines().size() > 1 && parse_unsigned(first_field(file.lines()[0])) &&
+         parse_unsigned(first_field(file.lines()[1]));
+}
+
 void list_stamped_files(const SequenceOptions& options, SequenceList* list) {
   const fs::path folder = list->folder;
   std::vector<StampedFile> depth = read_list("depth.txt", list), color;
+  const bool counted = !truth_counts_frames(folder) && spread_counted_stamps(&depth);
+  if (counted)
+    list->warnings.push_back({"the stamps in depth.txt count frames; the images are taken to be 1/30 s apart, a guess",
+                              "Write each image's time in seconds into depth.txt."});
   const bool equal = spread_equal_stamps(&depth);
   if (equal)
     list->warnings.push_back(
@@ -27,6 +41,7 @@ void list_stamped_files(const SequenceOptions& options, SequenceList* list) {
   if (options.color && is_file(folder / "rgb.txt")) {
     color = read_list("rgb.txt", list);
     if (equal) spread_equal_stamps(&color);
+    if (counted) spread_counted_stamps(&color);
     keep_color(&color, &list->notes);
   }
   list->entries = join(depth, color, max_difference(options), &list->notes);
@@ -40,6 +55,23 @@ bool depth_is_first(const TextFile& file, const TextLine& line, std::string_view
   return in_first;
 }
 
+/// associations.txt, or what people call it: associate.txt, association.txt, rgbd_assoc.txt; empty without one.
+std::string associations_file(const fs::path& folder) {
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : entries_of(folder)) {
+    const std::string name = lower(entry.path().filename().string());
+    if (name == "associations.txt") return entry.path().string();
+    if (name.find("assoc") != std::string::npos && name.ends_with(".txt") && is_file(entry.path()))
+      files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::string& path : files) {
+    const TextFile file(path);
+    if (!file.lines().empty() && split_fields(file.lines().front().text, true).size() == 4) return path;
+  }
+  return {};
+}
+
 struct Associations {
   std::vector<StampedFile> depth;
   std::vector<std::string> color;  // of depth[i]
@@ -47,15 +79,17 @@ struct Associations {
 };
 
 Associations read_associations(const fs::path& folder, std::vector<std::string>* notes) {
-  const TextFile file((folder / "associations.txt").string());
+  const TextFile file(associations_file(folder));
   Associations result;
   read_lines(file, 4, notes, [&](const TextLine& line) {
-    const std::vector<std::string_view> fields = split_fields(line.text);
+    std::vector<std::string_view> fields = split_fields(line.text);
+    if (fields.size() != 4) fields = split_fields(line.text, true);
     if (fields.size() != 4) file.fail(line, fmt::format("has {} fields, not 4", fields.size()), kAssociationsAdvice);
     const std::size_t at = depth_is_first(file, line, fields[1], fields[3]) ? 0 : 2;
     stamp_of(file, line, fields[2 - at], kAssociationsAdvice);
-    result.depth.push_back({stamp_of(file, line, fields[at], kAssociationsAdvice), (folder / fields[at + 1]).string()});
-    result.color.push_back((folder / fields[3 - at]).string());
+    result.depth.push_back(
+        {stamp_of(file, line, fields[at], kAssociationsAdvice), listed_file(folder, fields[at + 1])});
+    result.color.push_back(listed_file(folder, fields[3 - at]));
     result.integer_stamps = result.integer_stamps && parse_unsigned(fields[at]).has_value();
   });
   return result;
@@ -66,7 +100,7 @@ void list_associations(const SequenceOptions& options, Associations pairs, Seque
   std::vector<std::pair<std::string, std::string>> color_of;
   for (std::size_t i = 0; i < pairs.depth.size(); ++i) color_of.emplace_back(pairs.depth[i].path, pairs.color[i]);
   std::stable_sort(color_of.begin(), color_of.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  keep_depth((fs::path(list->folder) / "associations.txt").string(), &pairs.depth, list);
+  keep_depth(associations_file(list->folder), &pairs.depth, list);
 
   std::size_t missing = 0;
   for (const StampedFile& depth : pairs.depth) {
@@ -139,19 +173,19 @@ bool list_tum_or_icl(const SequenceOptions& options, SequenceList* list) {
   bool is_icl = has_icl_poses(folder);
   if (is_file(folder / "depth.txt")) {
     list_stamped_files(options, list);
-  } else if (is_file(folder / "associations.txt")) {
+  } else if (!associations_file(folder).empty()) {
     Associations pairs = read_associations(folder, &list->notes);
     const bool by_stamps = !is_icl && pairs.integer_stamps && !pairs.depth.empty();
     list_associations(options, std::move(pairs), list);
     if (by_stamps)
-      list->notes.emplace_back("taken for ICL-NUIM, a guess, because associations.txt has whole numbers for stamps");
+      list->notes.emplace_back("taken for ICL-NUIM, a guess, because the associations have whole numbers for stamps");
     is_icl = is_icl || by_stamps;
   } else if (!is_icl || !list_numbered_depth(options, list)) {
     list->entries.clear();
     return false;
   }
   is_icl ? describe_as_icl(list) : describe_as_tum(list);
-  take_recorded_camera(list);
+  take_recorded_camera(options, list);
   list->groundtruth = find_groundtruth(folder);
   return true;
 }

@@ -78,6 +78,22 @@ TEST(Verdict, FramesThatDoNotFitTheModelAreSaid) {
   EXPECT_NE(app::verdict_of(run).level, Verdict::Level::good);
 }
 
+TEST(Verdict, SmallImagesAreNotJudgedByTheDistancesOfLargeOnes) {
+  app::Reconstruction run = tracked_run(100);
+  for (FrameReport& frame : run.frames) {  // as a right run has them at 160x120
+    frame.tracking.median_distance = 0.0213;
+    frame.tracking.inlier_fraction = 0.552;
+    frame.tracking.inliers = 645;
+  }
+  run.sequence.camera = {525, 525, 319.5f, 239.5f, 640, 480};
+  EXPECT_NE(app::verdict_of(run).level, Verdict::Level::good);
+  run.sequence.camera = {131.25f, 131.25f, 79.5f, 59.5f, 160, 120};
+  EXPECT_EQ(app::verdict_of(run).level, Verdict::Level::good);
+  for (FrameReport& frame : run.frames) frame.tracking.median_distance = 0.05;
+  EXPECT_EQ(app::verdict_of(run).level, Verdict::Level::poor);
+  EXPECT_THAT(app::verdict_of(run).text, HasSubstr("lie 50.0")) << "as measured";
+}
+
 TEST(Verdict, WarningsOfTheInputAndTheSensorAreWeighed) {
   app::Reconstruction run = tracked_run(100);
   run.sequence.warnings.push_back({"the depth scale is perhaps 1000", "give --depth-scale 1000"});

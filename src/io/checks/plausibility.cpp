@@ -1,4 +1,4 @@
-#include "io/plausibility.h"
+#include "io/checks/plausibility.h"
 
 #include <fmt/format.h>
 
@@ -24,12 +24,13 @@ struct KnownScale {
   double readings;
   const char* who;
 };
-constexpr std::array<KnownScale, 6> kScales = {{{1000, "millimetres"},
+constexpr std::array<KnownScale, 7> kScales = {{{1000, "millimetres"},
                                                 {5000, "TUM RGB-D, ICL-NUIM"},
                                                 {6553.5, "Replica"},
                                                 {8000, "SUN3D with its bits as they are"},
                                                 {4000, "quarters of a millimetre"},
-                                                {10000, "tenths of a millimetre"}}};
+                                                {10000, "tenths of a millimetre"},
+                                                {100, "centimetres"}}};
 
 const char* who_writes(double scale) {
   for (const KnownScale& known : kScales)
@@ -52,7 +53,8 @@ std::string alternatives(const DepthFigures& figures, double scale, const std::v
 
 void check_scale(const SequenceInfo& info, const DepthFigures& figures, std::vector<Warning>* warnings) {
   const bool told = !info.depth_scale_is_guess && info.depth_scale_source != "given";
-  const bool impossible = figures.median < 0.2 || figures.median > 20;
+  // What a file tells may be another recording's, but cameras that see so near or far exist.
+  const bool impossible = figures.median < 0.35 || figures.median > 5;
   const bool odd = !is_plausible(figures.near, figures.median, figures.far);
   const std::vector<double> scales = plausible_scales(figures, info.depth_scale);
   if (impossible || (odd && !told)) {
@@ -96,6 +98,27 @@ void check_field_of_view(const Pinhole& k, const std::string& values, std::vecto
   if (view < 20 || view > 130)
     warnings->push_back({fmt::format("the images would be {:.0f} degrees wide: {}", view, values),
                          "Check that the intrinsics are in pixels, of images of this size."});
+}
+
+/// Readings that are none: what cameras and simulators write where nothing was measured, and pictures for the eye.
+/// Whether that, and not the scale, is what does not add up.
+bool check_readings(const DepthFigures& figures, double scale, std::vector<Warning>* warnings) {
+  if (figures.stretched) {
+    warnings->push_back(
+        {"each depth image reaches up to the largest number that 16 bits hold: the images seem to be "
+         "stretched for viewing, so that a reading means another distance in each",
+         "Give the depth images as the camera wrote them."});
+    return true;
+  }
+  const bool is_round = figures.end % 500 == 0 || (figures.end & (figures.end + 1)) == 0;
+  if (figures.end_share < 0.15 || !is_round) return false;
+  warnings->push_back(
+      {fmt::format(
+           "{:.0f} % of the readings have the largest value, {} ({:.2g} m): it seems to stand for \"nothing was "
+           "measured\", and would be taken for a wall",
+           100 * figures.end_share, figures.end, figures.end / scale),
+       fmt::format("Give --set preprocess.max_depth={:.3g}, or write 0 there.", 0.99 * figures.end / scale)});
+  return false;
 }
 
 void check_camera(const SequenceInfo& info, std::vector<Warning>* warnings) {
@@ -172,6 +195,7 @@ DepthFigures depth_figures(const Sequence& sequence) {
   DepthFigures figures;
   std::vector<std::uint32_t> counts(65536);
   double pixels = 0, count = 0;
+  int stretched = 0;
   double scale = sequence.info().depth_scale;
   for (int i = 0; i < kLooks; ++i) {
     const int index = static_cast<int>(static_cast<long long>(i) * sequence.size() / kLooks);
@@ -179,20 +203,30 @@ DepthFigures depth_figures(const Sequence& sequence) {
     try {
       const Frame frame = sequence.read(index);
       scale = frame.depth_scale;
+      int largest = 0;
       for (std::size_t p = 0; p < frame.depth.pixels.size(); p += kEveryPixel) {
         const std::uint16_t reading = frame.depth.pixels[p];
         ++pixels;
         if (reading == 0) continue;
+        largest = std::max<int>(largest, reading);
+        if (reading == 65535) continue;  // nothing was measured
         ++count;
         ++counts[reading];
         figures.step = std::gcd(figures.step, static_cast<int>(reading));
       }
       ++figures.frames;
+      stretched += largest >= 65000;
     } catch (const Error&) {  // the run will tell
     }
   }
   if (count == 0) return figures;
   figures.share = count / pixels;
+  const double high = std::accumulate(counts.begin() + 45000, counts.begin() + 65535, 0.0);
+  figures.stretched = figures.frames > 1 && stretched == figures.frames && high > 0.01 * count && scale < 6000;
+  for (int reading = 65534; reading > 0 && figures.end == 0; --reading)
+    if (counts[static_cast<std::size_t>(reading)] > 0) figures.end = reading;
+  figures.end_share = counts[static_cast<std::size_t>(figures.end)] / count;
+  if (figures.end_share >= 0.15) count -= counts[static_cast<std::size_t>(figures.end)];
   figures.near = quantile(counts, count, 0.05) / scale;
   figures.median = quantile(counts, count, 0.5) / scale;
   figures.far = quantile(counts, count, 0.95) / scale;
@@ -207,6 +241,9 @@ std::vector<double> plausible_scales(const DepthFigures& figures, double depth_s
         is_plausible(factor * figures.near, factor * figures.median, factor * figures.far))
       scales.push_back(known.readings);
   }
+  const auto rotated = std::find(scales.begin(), scales.end(), 8000.0);
+  if (figures.step > 0 && figures.step % 8 == 0 && rotated != scales.end())
+    std::rotate(scales.begin(), rotated, rotated + 1);
   return scales;
 }
 
@@ -245,7 +282,8 @@ std::vector<Warning> check_plausibility(const Sequence& sequence) {
   std::vector<Warning> warnings;
   const DepthFigures figures = depth_figures(sequence);
   if (figures.frames > 0) check_holes(figures, &warnings);
-  if (figures.share > 0) check_scale(sequence.info(), figures, &warnings);
+  if (figures.share > 0 && !check_readings(figures, sequence.info().depth_scale, &warnings))
+    check_scale(sequence.info(), figures, &warnings);
   check_camera(sequence.info(), &warnings);
   check_times(sequence, &warnings);
   return warnings;

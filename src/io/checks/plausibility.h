@@ -16,6 +16,9 @@ struct DepthFigures {
   double share = 0;                      ///< of the pixels that have a reading
   double near = 0, median = 0, far = 0;  ///< quantiles 5 %, 50 % and 95 %, metres
   int step = 0;                          ///< all readings are multiples of it
+  int end = 0;                           ///< the largest reading below 65535
+  double end_share = 0;                  ///< of the readings have that value; from 0.15 on the quantiles leave it out
+  bool stretched = false;                ///< every image reaches up to 65535, with readings all the way
 };
 DepthFigures depth_figures(const Sequence& sequence);
 
