@@ -28,4 +28,14 @@ Trajectory scaled(Trajectory trajectory, double scale) {
   return trajectory;
 }
 
+std::optional<double> error_if_inverted(const Trajectory& reference, const Trajectory& estimate,
+                                        const AssociationOptions& options) {
+  constexpr double kMuchBetter = 0.2, kNoError = 1e-3;  // metres
+  Trajectory inverted = estimate;
+  for (StampedPose& pose : inverted) pose.world_from_camera = pose.world_from_camera.inverse();
+  const double as_it_is = absolute_trajectory_error(reference, estimate, options).translation.rmse;
+  const double other = absolute_trajectory_error(reference, inverted, options).translation.rmse;
+  return as_it_is > kNoError && other < kMuchBetter * as_it_is ? std::optional(other) : std::nullopt;
+}
+
 }  // namespace plumbline::eval

@@ -1,6 +1,8 @@
 // The scale of a path that does not know its own, as a single camera's.
 #pragma once
 
+#include <optional>
+
 #include "plumbline/evaluation.h"
 
 namespace plumbline::eval {
@@ -13,5 +15,10 @@ double similarity_scale(const Trajectory& reference, const Trajectory& estimate,
 
 /// The trajectory with its positions multiplied.
 Trajectory scaled(Trajectory trajectory, double scale);
+
+/// Whether the estimate would fit if its poses were inverted (camera_from_world, where world_from_camera is meant): to
+/// a fifth of its error at most, which is returned, metres; else empty. Throws Error as above.
+std::optional<double> error_if_inverted(const Trajectory& reference, const Trajectory& estimate,
+                                        const AssociationOptions& options = {});
 
 }  // namespace plumbline::eval

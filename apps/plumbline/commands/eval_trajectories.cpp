@@ -85,6 +85,20 @@ std::vector<Loaded> load(const std::vector<std::string>& paths) {
   return files;
 }
 
+/// Poses of the world as the camera sees it, where the camera's in the world are meant.
+template <class Result>
+void hint_inverse(const EvalArguments& arguments, const Trajectory& reference, const Row<Result>& row) {
+  const eval::AssociationOptions options{from_seconds(arguments.max_difference), from_seconds(arguments.offset)};
+  try {
+    if (const auto error = eval::error_if_inverted(reference, row.trajectory, options))
+      fmt::print(stderr,
+                 "note: {}: inverted, its poses would fit the reference to {:.4f} m: they seem to be camera_from_world "
+                 "where world_from_camera is meant\n",
+                 row.path, *error);
+  } catch (const Error&) {  // too few poses belong together, which the evaluation tells
+  }
+}
+
 /// With --scale the estimate's positions are multiplied; without it, a hint says so where that would help much.
 template <class Result>
 void apply_scale(const EvalArguments& arguments, const Trajectory& reference, Row<Result>* row) {
@@ -129,7 +143,10 @@ Comparison<Result> compare(const EvalArguments& arguments, Evaluate&& evaluate) 
     Row<Result> row{arguments.estimates[i], names[i], std::move(files[i + 1].trajectory), {}, {}, {},
                     files[i + 1].problem};
     try {
-      if (row.problem.empty()) apply_scale(arguments, comparison.reference, &row);
+      if (row.problem.empty()) {
+        hint_inverse(arguments, comparison.reference, row);
+        apply_scale(arguments, comparison.reference, &row);
+      }
       if (row.problem.empty()) row.result = evaluate(comparison.reference, row.trajectory);
     } catch (const Error& error) {
       row.problem = arguments.estimates.size() > 1 ? row.path + ": " + error.what() : error.what();

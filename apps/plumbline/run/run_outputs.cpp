@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "cli/console.h"
@@ -26,9 +28,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::optional<std::string> inverse_text(const Reconstruction& run) {
+  const auto error = eval::error_if_inverted(run.trajectory, run.truth);
+  if (!error) return std::nullopt;
+  return fmt::format(
+      "with its poses inverted, the truth would lie within {:.4f} m (rmse) of the path: they seem to be "
+      "camera_from_world "
+      "where world_from_camera is meant",
+      *error);
+}
+
 /// A truth in another unit says nothing of the path's error: it is not used. Any other factor is the depth scale's.
 void check_truth_scale(Reconstruction* run) {
   constexpr double kAlike = 1.15, kMuchBetter = 0.5, kMaxFactor = 10;
+  if (const auto text = inverse_text(*run)) {
+    run->ate_note = *text;
+    return;
+  }
   const double factor = eval::similarity_scale(run->truth, run->trajectory);
   if (!(factor > 0) || (factor < kAlike && factor > 1 / kAlike)) return;
   const auto fitted = eval::absolute_trajectory_error(run->truth, eval::scaled(run->trajectory, factor));

@@ -196,9 +196,10 @@ Verdict verdict_of(const Reconstruction& run) {
   verdict.level = level_of(run, verdict.doubts);
   verdict.reasons = reasons_of(run, verdict.doubts);
   verdict.text = text_of(run, verdict.doubts);
-  double squares = 0;
-  for (const Doubt& doubt : verdict.doubts) squares += doubt.weight() * doubt.weight();
-  verdict.doubt = std::sqrt(squares);
+  // Many small doubts are no large one: the fourth power lets the worst count.
+  double sum = 0;
+  for (const Doubt& doubt : verdict.doubts) sum += std::pow(doubt.weight(), 4);
+  verdict.doubt = std::pow(sum, 0.25);
   return verdict;
 }
 

@@ -23,7 +23,8 @@ struct Verdict {
   enum class Level { none, good, fair, poor };
   Level level = Level::none;
   std::string text;  ///< a sentence or more
-  double doubt = 0;  ///< grows with the error that is to be expected; the root of the squared weights' sum
+  /// Grows with the error that is to be expected: the fourth root of the sum of the weights' fourth powers.
+  double doubt = 0;
   std::vector<Doubt> doubts = {};
   std::vector<std::string> reasons = {};  ///< those of the doubts that are told, also part of `text`
 };

@@ -55,7 +55,8 @@ bool depth_is_first(const TextFile& file, const TextLine& line, std::string_view
   return in_first;
 }
 
-/// associations.txt, or what people call it: associate.txt, association.txt, rgbd_assoc.txt; empty without one.
+/// associations.txt, or what people call it (associate.txt, association.txt, rgbd_assoc.txt) if its files are there;
+/// empty without one.
 std::string associations_file(const fs::path& folder) {
   std::vector<std::string> files;
   for (const fs::directory_entry& entry : entries_of(folder)) {
@@ -67,7 +68,10 @@ std::string associations_file(const fs::path& folder) {
   std::sort(files.begin(), files.end());
   for (const std::string& path : files) {
     const TextFile file(path);
-    if (!file.lines().empty() && split_fields(file.lines().front().text, true).size() == 4) return path;
+    const auto fields =
+        file.lines().empty() ? std::vector<std::string_view>() : split_fields(file.lines().front().text, true);
+    const auto is_there = [&](std::size_t i) { return is_file(listed_file(folder, fields[i])); };
+    if (fields.size() == 4 && is_there(1) && is_there(3)) return path;
   }
   return {};
 }
