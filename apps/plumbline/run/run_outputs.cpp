@@ -38,11 +38,13 @@ std::optional<std::string> inverse_text(const Reconstruction& run) {
       *error);
 }
 
-/// A truth in another unit says nothing of the path's error: it is not used. Any other factor is the depth scale's.
+/// A truth that is inverted or in another unit says nothing of the path's error: it is not used. Any other factor is
+/// the depth scale's.
 void check_truth_scale(Reconstruction* run) {
   constexpr double kAlike = 1.15, kMuchBetter = 0.5, kMaxFactor = 10;
   if (const auto text = inverse_text(*run)) {
     run->ate_note = *text;
+    run->ate.reset();
     return;
   }
   const double factor = eval::similarity_scale(run->truth, run->trajectory);
