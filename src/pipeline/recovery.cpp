@@ -12,6 +12,9 @@ namespace {
 // far enough to be seen through.
 constexpr double kSeenFrom = 0.25;  // radians, as pose_distance has them: another view
 constexpr int kMaxFrames = 30, kMaxFailures = 2;
+// What might be another place is looked at from farther about, however long that takes, until a view is seen that would
+// be recognised by itself: a camera that stands still learns nothing.
+constexpr double kSeenFromFarther = 0.35;
 
 // A search costs as much as ten frames: after the first frames every third is searched for.
 constexpr int kEager = 15, kSeldom = 3;
@@ -51,7 +54,7 @@ TrackedFrame Recovery::recognise(const TrackerInput& input, const Tracker& track
   found.world_from_seed = search.place->seed.world_from_camera;
   found.travelled = search.place->seed.travelled;
   found.is_recovered = true;
-  trial_ = Trial{tracker.state(), found.result.world_from_camera};
+  trial_ = Trial{tracker.state(), found.result.world_from_camera, search.place->is_clear()};
   attempts_ = 0;
   return found;
 }
@@ -71,6 +74,7 @@ PlaceQuery Recovery::query_of(const TrackerInput& input, const Tracker& tracker)
   query.previous = tracker.viewpoint();
   query.reach = kMargin + kMaxSpeed * std::max(seconds, 0.0);
   if (seconds < kExpectedFor) {
+    query.is_near = true;
     const TrackedFrame tracked = tracker.track(input);
     if (tracked.is_acceptable()) query.expected.front().world_from_camera = tracked.result.world_from_camera;
   }
@@ -94,10 +98,16 @@ TrackingStatus Recovery::judge(const TrackedFrame& tracked, const LiveFrame& liv
   ++trial_->frames;
   trial_->failures += !evidence.meets(kOnTrial);
   if (has_failed()) return TrackingStatus::lost;
-  const bool is_seen_anew = pose_distance(trial_->world_from_camera, tracked.result.world_from_camera) >= kSeenFrom;
-  if (trial_->frames < kMaxFrames && !is_seen_anew) return TrackingStatus::provisional;
+  if (!is_confirmed(evidence, live, model)) return TrackingStatus::provisional;
   trial_.reset();
   return TrackingStatus::tracked;
+}
+
+bool Recovery::is_confirmed(const PlaceEvidence& evidence, const LiveFrame& live, const PredictedSurface& model) const {
+  const double moved = pose_distance(trial_->world_from_camera, evidence.result.world_from_camera);
+  if (trial_->is_clear) return moved >= kSeenFrom || trial_->frames >= kMaxFrames;
+  if (moved < kSeenFromFarther || !evidence.meets(kExpected)) return false;
+  return relocaliser_.compare_details(live.pyramid(), model.levels).support() >= kDetailRecognised;
 }
 
 bool Recovery::has_failed() const { return trial_ && trial_->failures >= kMaxFailures; }

@@ -49,8 +49,10 @@ class Recovery {
   struct Trial {
     TrackerState before;
     SE3 world_from_camera;  ///< where the place was recognised
+    bool is_clear;          ///< whether little spoke for another place
     int frames = 0, failures = 0;
   };
+  bool is_confirmed(const PlaceEvidence& evidence, const LiveFrame& live, const PredictedSurface& model) const;
   PlaceView view_of(const LiveFrame& live, const Frame& frame, const TrackerState& tracker) const;
   PlaceQuery query_of(const TrackerInput& input, const Tracker& tracker) const;
 

@@ -1,5 +1,6 @@
 #include "place/relocaliser.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -17,6 +18,11 @@ constexpr std::size_t kNearest = 20;           // keyframes that are tried
 constexpr std::size_t kRefined = 4;            // candidates that are registered to the model
 constexpr double kDistinct = 0.1;              // radians, as pose_distance has them: nearer poses are one place
 constexpr double kMargin = 0.15;               // that the second-best place's agreement must be smaller by
+constexpr double kClearMargin = 0.3;           // and for a place that is clear
+constexpr double kElsewhere = 0.75;            // radians, as pose_distance has them: keyframes of another place
+constexpr double kNear = 0.2;                  // radians, as pose_distance has them: from where it is expected
+constexpr std::size_t kLookAlikes = 2;         // of these, that are registered to the model
+constexpr double kRivalReach = 2;              // times the reach: nobody knows how fast a camera was carried
 constexpr double kMaxAttitudeDifference = 65;  // degrees, between a keyframe's and the frame's
 constexpr int kKeyframeLevels = 2;
 constexpr double kMaxDrift = 0.03;  // of the way between two maps of one place: metres, or as pose_distance has it
@@ -46,6 +52,20 @@ ModelConsistency mean_over_views(ModelConsistency sums, std::vector<double> see_
   return sums;
 }
 
+/// Whether the camera can have got there. The way may have drifted since.
+bool is_reached(const Keyframe& keyframe, const PlaceQuery& query, double reach) {
+  const double way = std::abs(keyframe.from.travelled - query.previous.travelled);
+  const SE3 &there = keyframe.from.world_from_camera, &before = query.previous.world_from_camera;
+  return (there.translation() - before.translation()).norm() <= reach + kMaxDrift * way;
+}
+
+FoundPlace* best_of(std::vector<FoundPlace>* places) {
+  const auto best = std::max_element(places->begin(), places->end(), [](const FoundPlace& a, const FoundPlace& b) {
+    return a.evidence.agreement() < b.evidence.agreement();
+  });
+  return best == places->end() ? nullptr : &*best;
+}
+
 /// A place that was mapped twice, a long way between, is no other place.
 bool is_other_place(const FoundPlace& a, const FoundPlace& b) {
   const double way = std::abs(a.seed.travelled - b.seed.travelled),
@@ -57,9 +77,22 @@ bool is_other_place(const FoundPlace& a, const FoundPlace& b) {
 
 double PlaceEvidence::agreement() const { return plumbline::agreement(result); }
 
+/// Of what the images leave open about its position a singular registration says nothing.
+double PlaceEvidence::uncertainty() const {
+  const Eigen::Matrix3d position = result.pose_covariance.bottomRightCorner<3, 3>();
+  const double square =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(position, Eigen::EigenvaluesOnly).eigenvalues()[2];
+  return square > 0 ? std::sqrt(square) : std::numeric_limits<double>::infinity();
+}
+
 bool PlaceEvidence::meets(const PlaceLimits& limits) const {
   return agreement() >= limits.agreement && depth.see_through() < limits.see_through &&
-         depth.matched() > limits.matched && depth.known() > limits.known;
+         depth.matched() > limits.matched && depth.known() > limits.known && uncertainty() <= limits.uncertainty;
+}
+
+bool FoundPlace::is_clear() const {
+  const bool is_distinctive = evidence.meets(kClear) && evidence.detail.support() >= kDetailClear;
+  return (is_expected || is_distinctive) && rival <= evidence.agreement() - kClearMargin;
 }
 
 Relocaliser::Relocaliser(const Parameters& parameters, const Pinhole& camera, const Backend& backend,
@@ -86,24 +119,64 @@ Relocaliser::Search Relocaliser::find(const PlaceQuery& query) const {
   Search search;
   std::vector<FoundPlace> places;
   for (const Viewpoint& start : distinct_starts(query, &search.starts)) places.push_back(refine(start, query));
-  const auto better = [](const FoundPlace& a, const FoundPlace& b) {
-    return a.evidence.agreement() < b.evidence.agreement();
-  };
-  const auto best = std::max_element(places.begin(), places.end(), better);
-  if (best == places.end() || !best->evidence.meets(kRecognised)) return search;
+  const FoundPlace* best = best_of(&places);
+  if (best == nullptr) return search;
+  FoundPlace place = *best;
+  if (!is_recognised(&place, query)) return search;
+  for (const FoundPlace& other : look_alikes(place, query, &search.starts)) places.push_back(other);
   for (const FoundPlace& other : places)
-    if (is_other_place(other, *best) && other.evidence.agreement() > best->evidence.agreement() - kMargin)
-      return search;
-  search.place = *best;
-  search.place->starts = search.starts;
+    if (is_other_place(other, place)) place.rival = std::max(place.rival, other.evidence.agreement());
+  if (place.rival > place.evidence.agreement() - kMargin) return search;
+  place.starts = search.starts;
+  search.place = place;
   return search;
+}
+
+/// By itself, whatever else it may be.
+bool Relocaliser::is_recognised(FoundPlace* place, const PlaceQuery& query) const {
+  const SE3& found = place->evidence.result.world_from_camera;
+  place->is_expected =
+      query.is_near && std::any_of(query.expected.begin(), query.expected.end(), [&](const Viewpoint& expected) {
+        return pose_distance(expected.world_from_camera, found) < kNear;
+      });
+  if (!place->evidence.meets(place->is_expected ? kExpected : kRecognised)) return false;
+  render_({found, place->seed.travelled}, &model_levels_);
+  place->evidence.detail = compare_details(query.view.live, model_levels_);
+  return place->is_expected || place->evidence.detail.support() >= kDetailRecognised;
+}
+
+DetailComparison Relocaliser::compare_details(const DepthPyramid& live, const DepthPyramid& model) const {
+  return compare_detail(sample_surface(*backend_, live[live.size() - model.size()]),
+                        sample_surface(*backend_, model.front()));
+}
+
+/// What else the frame may show, were it not for where it seems to be: the best of the keyframes elsewhere. The likest
+/// of all may be views of that one place.
+std::vector<FoundPlace> Relocaliser::look_alikes(const FoundPlace& place, const PlaceQuery& query, int* starts) const {
+  const SE3& found = place.evidence.result.world_from_camera;
+  const std::vector<Candidate> candidates = from_keyframes(
+      query,
+      [&](const Keyframe& keyframe) {
+        return is_in_sight(keyframe, query) && is_reached(keyframe, query, kRivalReach * query.reach) &&
+               pose_distance(keyframe.from.world_from_camera, found) >= kElsewhere;
+      },
+      starts);
+  std::vector<FoundPlace> places;
+  for (const Candidate& candidate : candidates) {
+    if (places.size() == kLookAlikes) break;
+    places.push_back(refine(candidate.from, query));
+  }
+  return places;
 }
 
 /// What is expected, and the best of what the keyframes say.
 std::vector<Viewpoint> Relocaliser::distinct_starts(const PlaceQuery& query, int* starts) const {
-  std::vector<Candidate> candidates = from_keyframes(query, starts);
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.agreement > b.agreement; });
+  const std::vector<Candidate> candidates = from_keyframes(
+      query,
+      [&](const Keyframe& keyframe) {
+        return is_in_sight(keyframe, query) && is_reached(keyframe, query, query.reach);
+      },
+      starts);
   std::vector<Viewpoint> distinct = query.expected;
   *starts += static_cast<int>(distinct.size());
   for (const Candidate& candidate : candidates) {
@@ -117,11 +190,12 @@ std::vector<Viewpoint> Relocaliser::distinct_starts(const PlaceQuery& query, int
   return distinct;
 }
 
-/// The frame registered coarsely to the keyframes that look like it.
-std::vector<Relocaliser::Candidate> Relocaliser::from_keyframes(const PlaceQuery& query, int* starts) const {
+/// The frame registered coarsely to the possible keyframes that look like it, the best first.
+template <class IsPossible>
+std::vector<Relocaliser::Candidate> Relocaliser::from_keyframes(const PlaceQuery& query, const IsPossible& is_possible,
+                                                                int* starts) const {
   const std::vector<const Keyframe*> nearest =
-      keyframes_.nearest(keyframes_.encode(query.view.live), kNearest,
-                         [&](const Keyframe& keyframe) { return is_possible(keyframe, query); });
+      keyframes_.nearest(keyframes_.encode(query.view.live), kNearest, is_possible);
   std::vector<Candidate> candidates;
   for (const Keyframe* keyframe : nearest) {
     load(*keyframe);
@@ -136,16 +210,13 @@ std::vector<Relocaliser::Candidate> Relocaliser::from_keyframes(const PlaceQuery
         candidates.push_back({{result.world_from_camera, keyframe->from.travelled}, agreement(result)});
     }
   }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.agreement > b.agreement; });
   return candidates;
 }
 
-/// Whether the camera can be there, and the sensor lets it look there. One that has no heading says whether the camera
-/// is tilted alike.
-bool Relocaliser::is_possible(const Keyframe& keyframe, const PlaceQuery& query) const {
-  const double way = std::abs(keyframe.from.travelled - query.previous.travelled),
-               apart = (keyframe.from.world_from_camera.translation() - query.previous.world_from_camera.translation())
-                           .norm();
-  if (apart > query.reach + kMaxDrift * way) return false;
+/// Whether the sensor lets the camera look there. One that has no heading says whether the camera is tilted alike.
+bool Relocaliser::is_in_sight(const Keyframe& keyframe, const PlaceQuery& query) const {
   if (!keyframe.earth_from_camera || !query.view.earth_from_camera) return true;
   const Eigen::Matrix3d &then = *keyframe.earth_from_camera, &now = *query.view.earth_from_camera;
   const double difference = has_heading_ ? so3::angle(then.transpose() * now)
