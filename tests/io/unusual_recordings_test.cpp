@@ -316,8 +316,10 @@ TEST(UnusualStamps, MillisecondsByTheirIntervalAndCountsOfFrames) {
   write_text(folder / "depth.txt", counts);
   EXPECT_NEAR(to_seconds(open_folder(folder)->time(1)), 1 / 30.0, 1e-6);
   EXPECT_THAT(open_folder(folder)->info().warnings, warns_of("count frames", "in seconds"));
-  write_text(folder / "groundtruth.txt", "0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n");
-  EXPECT_EQ(open_folder(folder)->time(1), kNanosecondsPerSecond) << "the true poses count frames as well";
+  for (const char* truth : {"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "0.000000 0 0 0 0 0 0 1\n1.000000 0 0 0 0 0 0 1\n"}) {
+    write_text(folder / "groundtruth.txt", truth);
+    EXPECT_EQ(open_folder(folder)->time(1), kNanosecondsPerSecond) << "the true poses count frames as well";
+  }
 }
 
 TEST(UnusualLists, CommasBackslashesAndPathsOfAnotherMachine) {

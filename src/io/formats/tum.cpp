@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "io/columns.h"
 #include "io/formats/formats.h"
@@ -21,8 +22,9 @@ bool truth_counts_frames(const fs::path& folder) {
   const std::string path = find_groundtruth(folder);
   if (path.empty()) return false;
   const TextFile file(path);
-  return file.lines().size() > 1 && parse_unsigned(first_field(file.lines()[0])) &&
-         parse_unsigned(first_field(file.lines()[1]));
+  if (file.lines().size() < 2) return false;
+  const auto first = parse_double(first_field(file.lines()[0])), second = parse_double(first_field(file.lines()[1]));
+  return first && second && *first == std::floor(*first) && *second == *first + 1;
 }
 
 void list_stamped_files(const SequenceOptions& options, SequenceList* list) {
