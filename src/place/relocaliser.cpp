@@ -139,7 +139,10 @@ bool Relocaliser::is_recognised(FoundPlace* place, const PlaceQuery& query) cons
       query.is_near && std::any_of(query.expected.begin(), query.expected.end(), [&](const Viewpoint& expected) {
         return pose_distance(expected.world_from_camera, found) < kNear;
       });
-  if (!place->evidence.meets(place->is_expected ? kExpected : kRecognised)) return false;
+  const PlaceEvidence& evidence = place->evidence;
+  const bool is_met =
+      place->is_expected ? evidence.meets(kExpected) : evidence.meets(kRecognised) || evidence.meets(kOpen);
+  if (!is_met) return false;
   render_({found, place->seed.travelled}, &model_levels_);
   place->evidence.detail = compare_details(query.view.live, model_levels_);
   return place->is_expected || place->evidence.detail.support() >= kDetailRecognised;

@@ -33,6 +33,8 @@ struct PlaceLimits {
 /// Of a frame that was lost, and of one whose place is on trial. A view along a corridor or of a bare wall fits many
 /// places: a frame must hold its position to a seventh of the 5 cm beyond which a place is a wrong one.
 constexpr PlaceLimits kRecognised = {0.4, 0.04, 0.88, 0.4, 0.007}, kOnTrial = {0.25, 0.06, 0.8, 0};
+/// Of a frame that leaves its position more open, but sees through next to nothing, as wrong places do.
+constexpr PlaceLimits kOpen = {0.4, 0.01, 0.88, 0.4, 0.015};
 /// Of a frame that leaves little doubt, as most do that are recognised rightly.
 constexpr PlaceLimits kClear = {0.4, 0.025, 0.94, 0.4, 0.005};
 /// Of a frame that follows the one before it after a short gap, near where it was expected.

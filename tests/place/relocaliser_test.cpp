@@ -38,7 +38,11 @@ TEST(PlaceEvidence, MustHoldItsPosition) {
   evidence.result.pose_covariance(4, 4) = 0.01 * 0.01;  // along a corridor
   EXPECT_NEAR(evidence.uncertainty(), 0.01, 1e-9);
   EXPECT_FALSE(evidence.meets(kRecognised));
-  EXPECT_TRUE(evidence.meets(kExpected)) << "where it was expected that is enough";
+  EXPECT_TRUE(evidence.meets(kOpen)) << "where next to nothing is seen through that is enough";
+  EXPECT_TRUE(evidence.meets(kExpected)) << "where it was expected, too";
+  evidence.depth = DepthComparison{{10000, 9500, 200, 9200}};
+  EXPECT_FALSE(evidence.meets(kOpen));
+  EXPECT_TRUE(evidence.meets(kExpected));
   EXPECT_TRUE(evidence.meets(kOnTrial));
   evidence.result.pose_covariance.setZero();  // of a singular registration
   EXPECT_FALSE(evidence.meets(kExpected));
