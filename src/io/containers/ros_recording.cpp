@@ -312,8 +312,8 @@ void set_float_scale(const SequenceOptions& options, const Seen& depth, double b
 
 void set_scale(const MessageStore& store, const SequenceOptions& options, const Seen& depth, double by_encoding,
                SequenceInfo* info) {
-  const auto units = ros::realsense_depth_scale(store, *depth.topic);
   if (is_float(depth)) return set_float_scale(options, depth, by_encoding, info);
+  const auto units = ros::realsense_depth_scale(store, *depth.topic);
   info->depth_scale = options.depth_scale.value_or(units.value_or(by_encoding));
   info->depth_scale_source = options.depth_scale ? "given"
                              : units             ? "the recording's option \"Depth Units\""
